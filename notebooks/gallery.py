@@ -54,7 +54,6 @@ PICTURES = {
         "radii = [125, 250, 500, 1000]\n"
         "scan.contact.vary(roughxr.pull_off_map, sphere_radius=radii, subregions=(5, 5)).contact.plot()"
     ),
-    "Pull-off over the shortest wavelength": "scan.contact.scale_dependence(seeds=2, subregions=(2, 2)).contact.plot()",
     "Usual formulas": "scan.contact.formulas().contact.plot()",
     "Conditions of a solution": "scan.contact.direct(load=[1000], fields=True).contact.certificate().contact.plot()",
     "Predicted and measured quantiles": (

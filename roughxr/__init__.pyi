@@ -42,7 +42,6 @@ from .statistics import pull_off as pull_off
 from .statistics.headline import answer as answer
 from .studies.extrapolation import extrapolated as extrapolated
 from .studies.parameter_grid import vary as vary
-from .studies.roughness_scale import scale_dependence as scale_dependence
 from .studies.uncertainty_budget import error_budget as error_budget
 from .tables import to_table as to_table
 from .vocabulary import schema as schema

@@ -28,7 +28,6 @@ from .particles import critical_load, resting, resuspension
 from .statistics.headline import answer
 from .studies.extrapolation import extrapolated
 from .studies.parameter_grid import vary
-from .studies.roughness_scale import scale_dependence
 from .studies.uncertainty_budget import error_budget
 from .vocabulary import schema
 from .vocabulary.numbers import number
@@ -129,7 +128,6 @@ _GROUPS: dict[str, dict[Callable, str]] = {
     "studies": {
         vary: "scan",
         error_budget: "scan",
-        scale_dependence: "scan",
     },
 }
 

@@ -24,7 +24,6 @@ VERBS = {
     "rigid dugdale": lambda ds: ds.contact.rigid(law="dugdale", delta=[0.0], **PLACES).pull_off_force,
     "rigid lennard_jones": lambda ds: ds.contact.rigid(law="lennard_jones", delta=[0.0], **PLACES).pull_off_force,
     "formulas": lambda ds: ds.contact.formulas(subregions=(1, 1), law="exponential", mesh=1).pull_off_force[:1],
-    "scale_dependence": lambda ds: ds.contact.scale_dependence(shortest=[60.0], seeds=1, **PLACES).pull_off_force,
     "adhesive": lambda ds: ds.contact.adhesive(law="exponential", mesh=1, subregions=([120.0], [120.0])).pull_off_force,
 }
 

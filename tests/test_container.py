@@ -175,20 +175,6 @@ def test_what_is_no_line_is_refused():
         roughxr.scans.combined_spectrum([line, line], shortest=[10, 20, 30])
 
 
-def test_a_measured_spectrum_is_used_as_far_as_it_goes():
-    """Waves that the scan does not show come with the power that a finer scan of the surface has."""
-    make = {"hurst": 0.8, "rolloff": 300.0}
-    coarse = synthetic.self_affine((64, 64), 20.0, rms=2.0, cutoff=100.0, seed=1, **make)
-    fine = synthetic.self_affine((512, 512), 2.5, rms=0.5, hurst=0.1, rolloff=300.0, cutoff=5.0, seed=2)
-    measured = roughxr.scans.combined_spectrum([fine])
-    finer = roughxr.scans.add_fine_roughness(coarse, shortest=12, seed=3, mesh=8, spectrum=measured)
-    band = roughxr.scans.power_spectrum(finer - roughxr.scans.add_fine_roughness(coarse, shortest=100, seed=0, mesh=8))
-    inside = (band.wavevector > 2 * np.pi / 80) & (band.wavevector < 2 * np.pi / 14)
-    wanted = np.interp(band.wavevector[inside], measured.wavevector, measured.psd)
-    power = band.psd_modes[inside]
-    assert float((band.psd[inside] * power).sum() / (wanted * power).sum()) == pytest.approx(1, abs=0.1)
-
-
 def test_a_container_that_unfolds_to_far_more_is_refused(tmp_path):
     path = tmp_path / "bomb.zip"
     topography = {"name": "a", "size": [1.0, 1.0], "unit": "um", "datafile": {"original": "a.txt"}}

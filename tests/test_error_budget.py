@@ -48,11 +48,6 @@ def solved(rough):
 
 
 @pytest.fixture(scope="module")
-def scales(rough):
-    return roughxr.scale_dependence(rough, seeds=2, subregions=(1, 1))
-
-
-@pytest.fixture(scope="module")
 def budget(rough, solved):
     return budget_of(rough, solved, settings=TRIED, **HOW)
 
@@ -197,21 +192,9 @@ def test_sampling_is_the_standard_error_of_the_mean(rough, solved, side):
     assert "needs at least two places" in single_place.how.sel(entry="sampling").item()
 
 
-def test_added_roughness_comes_from_its_seeds(rough, scales):
-    again = roughxr.scale_dependence(rough, seeds=1, subregions=(1, 1))
-    np.testing.assert_allclose(again.pull_off_force.isel(seed=0), scales.pull_off_force.isel(seed=0), rtol=1e-2)
-    shown = scales.attrs["shortest_wavelength"]
-    added = scales.pull_off_force.isel(subregion=0, shortest_kept=0).values
-    kept = scales.pull_off_force.sel(shortest_kept=shown, method="nearest").values
-    assert added[0] != added[1] and np.unique(kept).size == 1
-    at = roughxr.scans.regions.centres(rough, (1, 1))
-    base = roughxr.adhesive(roughxr.scans.smooth(rough, shortest=shown), subregions=at, law="exponential", mesh=4)
-    assert kept.ravel()[0] == pytest.approx(float(base.pull_off_force[0]), rel=0.01)
-
-
-def test_a_budget_survives_its_archive(budget, scales, tmp_path):
-    groups = {"statistics/error_budget": budget, "statistics/scale_dependence": scales}
-    assert unlabelled(budget) == unlabelled(scales) == []
+def test_a_budget_survives_its_archive(budget, tmp_path):
+    groups = {"statistics/error_budget": budget}
+    assert unlabelled(budget) == []
     back = archive.load(archive.save(groups, tmp_path / "budget.nc"))
     for name, ds in groups.items():
         xr.testing.assert_identical(back[name].load(), ds)
@@ -228,7 +211,7 @@ def test_bad_input_is_refused_in_words(rough):
         error_budget(rough.assign_coords(work_of_adhesion=0.0))
 
 
-def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, scales):
+def test_bars_stand_for_entries_and_words_for_what_is_missing(budget):
     ax = figures.error_budget(budget, ax=Figure().subplots())
     finite = int(np.isfinite(budget.relative_std).sum())
     assert len(ax.patches) == finite + 1
@@ -237,13 +220,12 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, scales):
     assert labels["mesh"].endswith("subtracted") and labels["work of adhesion"][0] in "+−" and "±" in labels["sampling"]
     widths = [bar.get_width() for bar in ax.patches]
     assert widths[-1] == pytest.approx(100 * float(budget.total_std))
-    assert len(figures.cut_off(scales, ax=Figure().subplots()).lines) >= 2
 
 
-def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, budget, scales):
+def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, budget):
     pull_off = as_measured(roughxr.pull_off(solved))
     run = {"scan": as_measured(rough), "solutions/adhesive": solved, "statistics/adhesive": pull_off}
-    run |= {"statistics/error_budget": budget, "statistics/scale_dependence": scales}
+    run |= {"statistics/error_budget": budget}
     headline = report.headline(run)
     assert "does not resolve roughness finer than" in headline and "with all known errors" in headline
     biased = run | {"statistics/error_budget": budget.assign(pull_off_corrected=0.75 * budget.pull_off_mean)}

@@ -1,20 +1,22 @@
 """The real surface: the effect of roughness finer than the scan, from one scan and from a second, finer one."""
 
+import warnings
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import reference, report
+from roughxr import figures, report
 from roughxr.report.summary import best_estimate_notes
-from roughxr.scans import synthetic
-from roughxr.scans.fine_scales import known_spectrum
+from roughxr.scans import ImplausibleScan, synthetic
 from roughxr.studies import extrapolation
 from roughxr.studies.assumptions import CHANGES, noise_limit, range_deviation
-from roughxr.studies.extrapolation import real_pull_off, without_estimate
-from roughxr.vocabulary.error_sources import UNSEEN
+from roughxr.studies.extrapolation import one_scan_factor, pixel_series, real_pull_off, unseen_octaves, without_estimate
+from roughxr.studies.second_scan import second_scan
+from roughxr.vocabulary.error_sources import SECOND_SCAN_NOISE, UNSEEN
 
-from .surfaces import as_measured, rigid_pull_off
+from .surfaces import as_measured
 
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = [
@@ -59,6 +61,18 @@ def truth(true_surface):
 
 
 @pytest.fixture(scope="module")
+def fine(true_surface):
+    return image(true_surface, 1, tip=5.0).isel(x=slice(160), y=slice(160))
+
+
+@pytest.fixture(scope="module")
+def grains():
+    """A surface of round grains with sharp valleys."""
+    made = synthetic.self_affine((320, 320), 2, rms=1.5, hurst=0.8, rolloff=60, cutoff=12, seed=2)
+    return roughxr.level(made.assign(height=-abs(made.height)))
+
+
+@pytest.fixture(scope="module")
 def real(scan):
     return roughxr.extrapolated(scan, **QUICK)
 
@@ -80,11 +94,14 @@ def test_the_interval_holds_all_errors_and_is_wider_than_that_of_the_mean_as_sca
     needed = {"places", UNSEEN, "work of adhesion", "range of adhesion", "modulus", "sphere radius", "tip radius"}
     assert needed | {"mesh"} <= set(real.entry.values)
     mean = roughxr.answer(scanned)
-    others = 1.96 * float(np.sqrt((real.relative_std.drop_sel(entry="places") ** 2).sum()))
+    others = 1.96 * float(np.sqrt((real.relative_std.drop_sel(entry=["places", UNSEEN]) ** 2).sum()))
     for end, mean_end in (("low", mean.low), ("high", mean.high)):
         places = float(np.log(mean_end / mean.pull_off_force))
+        unseen = float(np.log(real[f"roughness_{end}"] / real.roughness_factor))
         half = float(np.log(real[f"pull_off_{end}"] / real.pull_off_mean))
-        assert abs(half) == pytest.approx(np.hypot(places, others), rel=1e-6) and abs(half) > abs(places)
+        assert abs(half) == pytest.approx(np.hypot.reduce([places, unseen, others]), rel=1e-6) and abs(half) > abs(
+            places
+        )
 
 
 def test_unseen_roughness_grows_with_the_pixels_and_with_the_octaves_below(scan, scanned):
@@ -92,11 +109,28 @@ def test_unseen_roughness_grows_with_the_pixels_and_with_the_octaves_below(scan,
         out = real_pull_off(surface, scanned, None, **how)
         return float(out.roughness_factor), float(out.relative_std.sel(entry=UNSEEN))
 
-    factors, errors = zip(*(unseen(scan, shortest=end) for end in (12, 6, 2)), unseen(scan))
+    factors, errors = zip(*(unseen(scan, shortest=end) for end in (5, 2)), unseen(scan))
     coarse = scan.assign_coords(x=2 * scan.x, y=2 * scan.y)
     factors += (unseen(coarse)[0],)
     errors += (unseen(coarse)[1],)
     assert 1 > factors[0] and all(np.diff(factors) < 0) and all(np.diff(errors) > 0)
+
+
+def test_octaves_that_are_not_seen_add_and_untested_ones_count_a_quarter_each():
+    assert unseen_octaves(32, 8) == pytest.approx(2)
+    added = [unseen_octaves(256, end) - unseen_octaves(256, 2 * end) for end in (16, 8, 3, 1.5, 0.75)]
+    assert added[:2] == pytest.approx([1, 1])
+    np.testing.assert_allclose(added[3:], np.divide(added[2:-1], 4))
+    assert unseen_octaves(8, 8) == unseen_octaves(8, 16) == 0
+    assert unseen_octaves(4, 0.5) == unseen_octaves(16, 14) == extrapolation._FEWEST_OCTAVES
+
+
+def test_finer_roughness_lowers_a_force_far_more_than_it_raises_it():
+    two, three = (one_scan_factor(octaves) for octaves in (2, 3))
+    for unseen in (two, three):
+        assert unseen.log + unseen.above == pytest.approx(extrapolation._HIGHEST)
+    lowest = [unseen.log - unseen.below for unseen in (two, three)]
+    assert lowest[1] == pytest.approx(1.5 * lowest[0]) and lowest[1] < -3
 
 
 def test_an_assigned_work_without_a_range_has_a_range_known_to_a_factor_of_two(scan):
@@ -110,21 +144,77 @@ def test_a_second_scan_that_shows_no_finer_roughness_changes_nothing(true_surfac
     monkeypatch.setattr(extrapolation, "_SECOND_PLACES", (2, 1))
     smooth = roughxr.scans.smooth(true_surface, shortest=40).isel(x=slice(160), y=slice(160))
     first = image(roughxr.scans.smooth(true_surface, shortest=40), 4, tip=0.1).contact.assign_pair(**PAIR)
-    log, _ = extrapolation.second_scan_ratio(first, smooth, "exponential")
+    with pytest.warns(UserWarning, match="it shows no more than the first scan"):
+        second = second_scan(first, smooth)
+    log, _ = extrapolation.second_scan_ratio(second, "exponential")
     assert abs(log) < 0.05
 
 
 def test_with_a_second_scan_the_truth_lies_inside_an_interval_narrower_than_with_one(
-    true_surface, scan, scanned, truth, monkeypatch
+    true_surface, scan, scanned, truth, fine, monkeypatch
 ):
     monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_2_nm)
     truth = truth.pull_off_force.mean()
-    fine = image(true_surface, 1, tip=5.0).isel(x=slice(160), y=slice(160))
-    alone, with_second = (real_pull_off(scan, scanned, None, finer=second, shortest=6) for second in (None, fine))
-    assert with_second.pull_off_low < truth < with_second.pull_off_high
-    assert abs(np.log(with_second.pull_off_mean / truth)) < abs(np.log(with_second.scanned_mean / truth))
-    assert with_second.pull_off_high / with_second.pull_off_low < alone.pull_off_high / alone.pull_off_low
-    assert "by a second scan, 320 nm wide on pixels of 2 nm" in with_second.attrs["assumed"]
+    for shortest in (6, None):
+        how = {"shortest": shortest}
+        alone, with_second = (real_pull_off(scan, scanned, None, finer=second, **how) for second in (None, fine))
+        assert with_second.pull_off_low < truth < with_second.pull_off_high
+        assert abs(np.log(with_second.pull_off_mean / truth)) < abs(np.log(with_second.scanned_mean / truth))
+        assert width(with_second, "roughness") <= width(alone, "roughness") * (1.001 if shortest else 0.8)
+        assert "by a second scan" in with_second.attrs["assumed"]
+
+
+def width(estimate, name="pull_off"):
+    return float(np.log(estimate[f"{name}_high"] / estimate[f"{name}_low"]))
+
+
+def test_the_promised_interval_is_that_with_the_second_scan_at_the_default_end(scan, scanned, fine, monkeypatch):
+    monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_2_nm)
+    alone, with_second = (real_pull_off(scan, scanned, None, finer=second) for second in (None, fine))
+    if alone.attrs["narrowing_source"] == UNSEEN:
+        assert width(alone, "narrowed") == pytest.approx(width(with_second), rel=0.1)
+    promised_std = float(alone.remaining_std.sel(entry=UNSEEN))
+    assert promised_std == pytest.approx(float(with_second.relative_std.sel(entry=UNSEEN)), rel=0.1)
+
+
+def test_noise_of_a_second_scan_is_cut_off_and_an_entry(true_surface, scan, scanned, truth, fine, monkeypatch):
+    monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_2_nm)
+    noisy = fine.assign(height=fine.height + np.random.default_rng(1).normal(0, 0.2, fine.height.shape))
+    quiet, loud = (second_scan(scan, surface) for surface in (fine, noisy))
+    assert quiet.shown_wavelength < loud.shown_wavelength < 16
+    assert float((loud.finer.height - quiet.finer.height).std()) < 0.7 * 0.2
+    estimates = [real_pull_off(scan, scanned, None, finer=surface, shortest=6) for surface in (fine, noisy)]
+    true_mean = float(truth.pull_off_force.mean())
+    assert abs(np.log(float(estimates[1].pull_off_mean) / true_mean)) < 0.45
+    assert width(estimates[1]) >= width(estimates[0])
+    assert float(estimates[1].relative_std.sel(entry=SECOND_SCAN_NOISE)) > 0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda fine: fine.assign(height=-fine.height), "skewness of curvatures"),
+        (lambda fine: fine.assign(height=1.9 * fine.height), "rms of slopes"),
+        (lambda fine: fine.assign_coords(x=0.6 * fine.x, y=0.6 * fine.y), "rms of curvatures"),
+        (lambda fine: fine.assign(height=fine.height + 0.3 * fine.x), "tilt"),
+    ],
+)
+def test_a_second_scan_that_differs_from_the_first_is_doubted_with_figures(grains, change, words):
+    first = image(grains, 4).contact.assign_pair(**PAIR)
+    fine = image(grains, 1, tip=5.0).isel(x=slice(160), y=slice(160))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ImplausibleScan)
+        second_scan(first, fine)
+    with pytest.warns(ImplausibleScan, match=f"{words} .* instead of .* to "):
+        second_scan(first, change(fine))
+
+
+def test_a_tilted_second_scan_is_levelled(scan, fine):
+    tilted = fine.assign(height=fine.height + 0.05 * fine.x)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ImplausibleScan)
+        same, levelled = (second_scan(scan, surface).finer.height for surface in (fine, tilted))
+    np.testing.assert_allclose(levelled, same, atol=1e-6)
 
 
 def measured_ratio(ratio, spread):
@@ -163,14 +253,15 @@ def test_what_is_no_comparison_with_an_interval_is_refused(scan, scanned):
             real_pull_off(scan, scanned, None, measured=measured)
 
 
-def test_a_particle_at_rest_takes_the_ratio_of_the_second_scan_alone(true_surface, scan, scanned, monkeypatch):
+def test_a_particle_at_rest_takes_the_same_ratio_as_a_probe(true_surface, scan, scanned, monkeypatch):
     at_rest = scanned.assign_coords(landing_share=("subregion", [1 / 9] * 9))
-    monkeypatch.setattr(extrapolation, "second_scan_ratio", lambda *arguments: (np.log(1.7), 0.1))
-    real = real_pull_off(scan, at_rest, None, finer=true_surface, shortest=4)
-    assert float(real.roughness_factor) == pytest.approx(1.7)
-    error = float(real.relative_std.sel(entry=UNSEEN))
-    assert error == pytest.approx(np.hypot(0.1, extrapolation._RESTING_SCATTER))
-    assert "by a second scan" in real.attrs["assumed"]
+    monkeypatch.setattr(extrapolation, "second_scan_ratio", lambda *arguments: (np.log(0.7), 0.1))
+    resting, probe = (
+        real_pull_off(scan, places, None, finer=true_surface, shortest=6) for places in (at_rest, scanned)
+    )
+    assert float(resting.roughness_factor) == pytest.approx(float(probe.roughness_factor))
+    assert resting.relative_std.sel(entry=UNSEEN) == probe.relative_std.sel(entry=UNSEEN)
+    assert "by a second scan" in resting.attrs["assumed"]
 
 
 def test_a_second_scan_is_refused_where_it_is_not_finer_too_small_or_of_another_surface(true_surface, scan, scanned):
@@ -180,6 +271,7 @@ def test_a_second_scan_is_refused_where_it_is_not_finer_too_small_or_of_another_
         "expected a side of 80 nm or more": fine.isel(x=slice(20), y=slice(20)),
         "have heights of rms": fine.assign(height=5 * fine.height),
         "have slopes of rms": fine.assign(height=fine.height + 3 * np.sin(fine.x / 3) * np.sin(fine.y / 3)),
+        "expected no missing pixels, found 160 of": fine.assign(height=fine.height.where(fine.x != fine.x[3])),
     }
     for message, finer in wrong.items():
         with pytest.raises(ValueError, match=f"finer: .*{message}"):
@@ -216,7 +308,21 @@ def test_refusals_state_their_reason(scan, scanned):
         real_pull_off(scan, resting, None)
 
 
+def test_the_pixel_series_is_the_pull_off_on_every_second_and_fourth_pixel(scan, scanned, real):
+    series = pixel_series(scan, scanned, 0.0)
+    np.testing.assert_allclose(series.pixel_size, [8, 16, 32])
+    assert float(series.pull_off_on_pixels[0]) == pytest.approx(float(scanned.pull_off_force.mean()))
+    second = scan.isel(x=slice(1, None, 2), y=slice(1, None, 2))
+    expected = float(roughxr.adhesive(second, subregions=scanned, mesh=4).pull_off_force.mean())
+    assert float(series.pull_off_on_pixels[1]) == pytest.approx(expected, rel=0.02)
+    np.testing.assert_allclose(real.pull_off_on_pixels, series.pull_off_on_pixels)
+    assert pixel_series(scan, scanned.assign_coords(landing_share=("subregion", [1 / 9] * 9)), 0.0).sizes == {}
+    drawn = figures.force_over_pixel(real)
+    np.testing.assert_allclose(drawn.lines[0].get_ydata(), series.pull_off_on_pixels)
+
+
 def test_the_result_is_a_distribution_over_places(real):
+    np.testing.assert_allclose(real.contact.pull_off().pull_off_force, real.pull_off_force)
     assert real.contact.plot() is not None
     assert real.contact.pdf("pull_off_force") is not None
     quantiles = roughxr.statistics.bootstrap(real, "pull_off_force", statistics=["q50"])
@@ -236,12 +342,10 @@ def test_the_answer_names_a_second_scan_where_it_narrows_the_interval(real):
     measured_notes, assumed_notes = best_estimate_notes({"statistics/extrapolated": real})
     assert (measured_notes, assumed_notes) == (real.attrs["known"], real.attrs["assumed"])
     assert "The interval narrows most with a second scan" in real.contact.answer().sentence
-    scattered = real.assign(relative_std=xr.where(real.entry == "places", 3.0, real.relative_std))
-    assert "The interval narrows most with more places" in scattered.contact.answer().sentence
 
 
 def test_an_advised_second_scan_has_finer_pixels_than_the_scan(true_surface, truth, real):
-    assert "a second scan, 300 nm wide on pixels of 2 to 4 nm" in real.contact.answer().sentence  # pixels of 8 nm
+    assert "a second scan, 300 nm wide on pixels of 2 nm" in real.contact.answer().sentence  # pixels of 8 nm
     fine = real_pull_off(true_surface.contact.assign_pair(**PAIR), truth, None)  # pixels of 2 nm
     assert float(fine.relative_std.sel(entry=UNSEEN)) > 0
     assert "a second scan" not in fine.contact.answer().sentence
@@ -252,56 +356,6 @@ def test_a_run_without_an_estimate_says_why(scan, scanned):
     assert best_estimate_notes({"statistics/extrapolated": missing}) == []
     headline = report.headline({"statistics/adhesive": roughxr.pull_off(scanned), "statistics/extrapolated": missing})
     assert "The effect of finer roughness is not included: resting positions." in headline
-
-
-@pytest.fixture(scope="module")
-def rough():
-    made = synthetic.self_affine((96, 96), 5, rms=1.2, hurst=0.8, rolloff=150, cutoff=20, seed=4)
-    return roughxr.assign_pair(made, sphere_radius=300, contact_modulus=40, work_of_adhesion=0.15)
-
-
-def test_the_surface_of_scale_dependence_without_added_roughness_is_that_of_the_simulation(rough):
-    """Cut out around each place and interpolated there, against the whole scan on cells as large."""
-    mine = roughxr.scale_dependence(rough, shortest=[20.3], seeds=1, subregions=(2, 2)).pull_off_force[:, 0, 0]
-    smooth = roughxr.scans.smooth(rough, shortest=20.3)
-    whole = roughxr.adhesive(smooth, subregions=(2, 2), law="exponential", mesh=2)
-    np.testing.assert_allclose(mine, whole.pull_off_force, rtol=1e-3)
-
-
-def test_wavelengths_too_short_for_sixteen_cells_a_pixel_are_refused(rough):
-    with pytest.raises(ValueError, match=r"shortest: expected wavelengths of 2\.5 nm or more, found 2 nm"):
-        roughxr.scale_dependence(rough, shortest=[2, 20])
-
-
-def test_between_rigid_bodies_the_pull_falls_as_the_mean_potential_over_gaussian_heights():
-    """Of Lennard-Jones's law, whose length is long beside the waves, as the added ones raise the standard deviation."""
-    ground = synthetic.self_affine((192, 192), 5, rms=0.9, hurst=0.2, rolloff=25, cutoff=20, seed=2)
-    ground = roughxr.assign_pair(ground, sphere_radius=5000, contact_modulus=4e2, work_of_adhesion=0.06)
-    ground = ground.assign_coords(adhesion_range=3.0)
-    waves = [8, 14, 20]
-    model = known_spectrum(roughxr.scans.self_affine_fit(ground))
-    sigma = []
-    for wave in waves:  # ∫ C q dq / 2π
-        q = np.geomspace(2 * np.pi / model.shown, 2 * np.pi / wave, 65)
-        sigma.append(np.hypot(0.9, np.sqrt(np.trapezoid(q**2 * model.density(q), np.log(q)) / (2 * np.pi))))
-    work = [reference.gaussian_work(rms=rms, length=3.0) for rms in sigma]
-    how = {"law": "lennard_jones", "subregions": ([480.0], [480.0])}
-    pull = [np.mean([rigid_pull_off(ground, wave, seed=seed, **how) for seed in range(3)]) for wave in waves]
-    assert work[0] < 0.7 * work[-1]
-    np.testing.assert_allclose(pull / pull[-1], np.divide(work, work[-1]), rtol=0.08)
-
-
-@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
-def test_between_stiff_bodies_it_is_the_rigid_sum_over_the_same_waves():
-    ground = synthetic.self_affine((96, 96), 4, rms=1, hurst=0.7, rolloff=150, cutoff=40, seed=4)
-    pair = {"sphere_radius": 500, "contact_modulus": 4e3, "work_of_adhesion": 0.06, "adhesion_range": 0.4}
-    ground = roughxr.assign_pair(ground, **pair)
-    how = {"shortest": [10, 20, 40], "seeds": 2, "subregions": ([190.0, 150.0], [190.0, 230.0])}
-    bent = roughxr.scale_dependence(ground, **how).pull_off_force.mean(["subregion", "seed"])
-    places = how["subregions"]
-    rigid = [np.mean([rigid_pull_off(ground, w, seed=s, subregions=places) for s in range(2)]) for w in how["shortest"]]
-    assert rigid[0] < 0.5 * rigid[-1]
-    np.testing.assert_allclose(bent, rigid, rtol=0.1)
 
 
 def test_the_error_of_the_hurst_exponent_holds_the_truth():

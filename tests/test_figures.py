@@ -506,12 +506,6 @@ def error_entries():
     return xr.Dataset(entries | {"total_std": 0.03, "total_standard_error": 0.01}, {"entry": ["modulus", "tip"]})
 
 
-def over_wavelengths(size):
-    force = size * np.arange(1.0, 13.0).reshape(2, 3, 2)
-    coords = {"shortest_kept": [2.0, 10.0, 50.0]}
-    return xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), force)}, coords)
-
-
 def over_velocity(last):
     fraction = (("friction_velocity", "time"), np.linspace(1, 0, 5)[:, None])
     coords = {"friction_velocity": np.geomspace(0.01, last, 5), "time": [1.0]}
@@ -549,7 +543,6 @@ def named(size, dim="formula"):
 #: Every figure of the package, of data in nm and nN times a size.
 FIGURES = {
     "asperity_statistics": lambda run, size: figures.asperity_statistics(enlarged(run["asperities"], size)),
-    "cut_off": lambda run, size: figures.cut_off(over_wavelengths(size)),
     "distribution": lambda run, size: figures.distribution(force_of(size * np.arange(1.0, 20.0)), laws=["normal"]),
     "few": lambda run, size: figures.distribution(force_of(size * np.arange(1.0, 5.0))),
     "error_budget": lambda run, size: figures.error_budget(error_entries()),
@@ -658,7 +651,6 @@ NOT_DRAWN = {
     "answer": "test_the_answer_is_drawn_with_its_intervals",
     "extrapolated": "an error budget",
     "resting": "samples of places",
-    "scale_dependence": "cut_off",
 }
 
 

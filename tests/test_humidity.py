@@ -545,20 +545,6 @@ def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
     assert "Rabinovich 2002" in report.formula_table({"statistics/formulas": table}).index[3]
 
 
-def test_waves_below_the_pixel_matter_until_menisci_hide_them():
-    """As between rigid bodies, and less the higher menisci are; where those are higher than waves, none are added."""
-    ground = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1.5, hurst=0.7, rolloff=200, cutoff=40, seed=3)
-    reduction = {}
-    for humidity in (0.6, 0.9):
-        pair = wet(ground, humidity, 300.0)
-        how = {"shortest": [15, 40], "seeds": 1, "subregions": (1, 1)}
-        bent = pair.contact.scale_dependence(**how).pull_off_force
-        reduction[humidity] = float(bent[0, 0, 0] / bent[0, 1, 0])
-        rough, smooth = (rigid_pull_off(pair, wave, law="hamaker") for wave in how["shortest"])
-        assert reduction[humidity] == pytest.approx(rough / smooth, abs=0.1)
-    assert reduction[0.6] < reduction[0.9] < 1.02
-
-
 def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
     with pytest.raises(ValueError, match="a flow of water: expected a dry pair"):
         roughxr.run(humid, tmp_path / "refused.nc", flow="water")

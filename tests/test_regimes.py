@@ -138,16 +138,7 @@ def test_a_scan_too_small_for_two_scales_leaves_that_formula_out():
     assert table.formula[missing].values.tolist() == ["rabinovich_two_scales"] and "too small" in table.attrs["missing"]
 
 
-def test_finer_waves_weaken_the_pull_and_scatter(rough):
-    dependence = rough.contact.scale_dependence(shortest=[8, 15, 60, 200], seeds=2, subregions=(2, 1))
-    pull = dependence.pull_off_force.isel(subregion=0)
-    assert (dependence.pull_off_force.mean(["subregion", "seed"]).diff("shortest_kept") > 0).all()
-    assert (pull.std("seed").values[:2] > 0).all() and (pull.std("seed").values[2:] < 1e-12).all()
-
-
 def test_what_is_wrong_is_said(rough):
-    with pytest.raises(ValueError, match="ascending"):
-        rough.contact.scale_dependence(shortest=[20, 10])
     with pytest.raises(ValueError, match="sphere_radius"):
         roughxr.regime(rough.drop_vars("sphere_radius"))
 

@@ -146,7 +146,6 @@ OPTIONS = [
     ("dilate", "scan", "tip_radius", 20.0, {}),
     ("smooth", "scan", "shortest", 30.0, {}),
     ("fill", "scan", "method", 1.0, {}),
-    ("add_fine_roughness", "scan", "shortest", 5.0, {"seed": 1}),
     ("placements", "scan", "sphere_radius", 500.0, {"count": 2}),
     ("tip_flags", "catalogue", "tip_radius", 10.0, {}),
     ("curves_pull_off", "curves", "spring_constant", 0.5, {}),

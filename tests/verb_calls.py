@@ -91,7 +91,6 @@ def on(*kinds, **options):
 #: Verb -> its calls. A verb of a module is named with it.
 CALLS = {
     "adhesive": [on("scan", subregions=PLACES, preload=[0.0, 40.0], **QUICK)],
-    "add_fine_roughness": [on("scan", shortest=5.0, seed=1)],
     "asperities": [on("scan")],
     "assign_pair": [on("scan", sphere_radius=900, contact_modulus=3, work_of_adhesion=0.05)],
     "bootstrap": [on("pulls", "pull_off_force", resamples=19, confidence=0.9)],
@@ -161,7 +160,6 @@ NOT_CALLED = {
     "pooled": "wants several scans: tests/test_pooling.py",
     "resting": "one map: tests/test_resting.py",
     "run": "all of them",
-    "scale_dependence": "`adhesive` on several surfaces",
     "particles.to_dem": "text for other programs, of `parameters`",
 }
 WRITES = {"to_file": ".gsf", "to_table": ".csv"}

@@ -200,6 +200,8 @@ def _run(commands: Any) -> None:
     options += _add(group, ("--subregions", "N...", help), type=_counts, default=(8, 8))
     help = "a second scan of the surface on finer pixels, 0.8 to 1.6 radii wide, for the best estimate"
     options += _add(group, ("--finer", "FILE", help))
+    help = "shortest wavelength of the surface, nm, where it is known, for the best estimate; default: 0.5"
+    options += _add(group, ("--shortest", "L", help), type=number)
     help = "a free particle, which rolls from each place to rest and is analysed there; default: a fixed probe"
     options.append(_flag(group, "--particle", help))
     help = "displacements of the simulation without adhesion, nm; default: chosen from the heights"

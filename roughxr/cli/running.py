@@ -61,7 +61,7 @@ def _run_each(options: Namespace, output: Path) -> None:
 
 def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:
     scan = paired(on_square_pixels(read_scan(file, options)), options)
-    same = ("particle", "delta", "preload", "law", "mesh", "budget")
+    same = ("particle", "delta", "preload", "law", "mesh", "budget", "shortest")
     is_put_together = len(options.scan) > 1 or options.config is not None
     with use_scheduler(options.scheduler):
         return analysis.run(

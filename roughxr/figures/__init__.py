@@ -5,6 +5,7 @@ those of a new figure, and returns the Axes. matplotlib is imported at the first
 """
 
 from .any_result import plot
+from .below_the_pixel import force_over_pixel
 from .contact_fields import field_map
 from .distributions import asperity_statistics, distribution
 from .maps import scan_map, subregion_map
@@ -12,14 +13,14 @@ from .measured_figure import predicted_and_measured
 from .particle_figures import fraction_remaining, moment_rose
 from .run_figure import overview
 from .sweeps import mean_force, sweep
-from .uncertainty_bars import cut_off, error_budget
+from .uncertainty_bars import error_budget
 
 __all__ = [
     "asperity_statistics",
-    "cut_off",
     "distribution",
     "error_budget",
     "field_map",
+    "force_over_pixel",
     "fraction_remaining",
     "mean_force",
     "moment_rose",

@@ -21,7 +21,7 @@ from .measured_figure import fitted_work, quantiles
 from .particle_figures import fraction_remaining, moment_rose
 from .style import STROKES, Axes, Panels, axes, label_axes, label_axis, legend, stroke, styled
 from .sweeps import sweep
-from .uncertainty_bars import cut_off, error_budget
+from .uncertainty_bars import error_budget
 from .values import (
     answer_rows,
     estimates_over_parameter,
@@ -96,7 +96,6 @@ _OWN_FIGURES: tuple[tuple[set[str], Any], ...] = (
     ({"fitted_work_of_adhesion", "quantile_distance"}, fitted_work),
     ({"remaining", "friction_velocity", "time"}, fraction_remaining),
     ({"resisting_moment", "subregion", "direction"}, moment_rose),
-    ({"pull_off_force", "shortest_kept", "seed"}, cut_off),
     ({"psd", "wavevector"}, spectrum),
     ({"psd_plateau", "hurst_exponent"}, spectrum),
     ({"aic", "law"}, fitted_laws),

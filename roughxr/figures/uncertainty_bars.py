@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
-from ..studies.roughness_scale import mean_over_wavelengths
 from ..vocabulary.numbers import number, with_error
 from .style import (
     BLACK,
     BLUE,
-    DASHED,
     GREY,
     ORANGE,
     SMALL,
-    VERMILION,
     Axes,
     axes,
-    label_axis,
     legend,
-    log_ticks,
     styled,
 )
 
@@ -92,46 +85,3 @@ def _words(value: float, error: float, change: float, is_bias: bool) -> str:
     text = " ± ".join(with_error(value, error)) if error > 0 else number(value, digits=2)
     bias = f", {change:+.2g} subtracted".replace("-", "−") if is_bias else ""
     return f"{sign}{text}{bias}"
-
-
-@styled
-def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
-    """Draw the pull-off of `scale_dependence` over the shortest wavelength: every place, and the mean over places.
-
-    Bars are the range of the mean over seeds. The dashed line is the shortest wavelength that the scan
-    shows: roughness was added left of it, and cut off right of it.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> over = scan.contact.scale_dependence(shortest=[20.0, 40.0], seeds=1, subregions=(1, 1))
-    >>> roughxr.figures.cut_off(over).get_xlabel()
-    'shortest wavelength of the surface [nm]'
-    """
-    ax = axes(ax)
-    force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
-    wavelengths = ds["shortest_kept"].values
-    means = mean_over_wavelengths(ds)
-    for place, values in enumerate(force.mean("seed").values):
-        ax.plot(wavelengths, np.where(values > 0, values, np.nan), color=GREY, linewidth=0.6, alpha=0.6)
-        if place == 0:
-            ax.lines[-1].set_label("each place")
-    mean = means.mean("seed")
-    ends = [mean - means.min("seed"), means.max("seed") - mean]
-    look: dict[str, Any] = {"fmt": "o-", "color": BLUE, "capsize": 2, "markersize": 3.5}
-    ax.errorbar(wavelengths, mean, yerr=ends, label="mean, range over seeds", **look)
-    shown = ds.attrs.get("shortest_wavelength", np.nan)
-    if np.isfinite(shown):
-        ax.axvline(shown, color=VERMILION, linewidth=0.9, linestyle=DASHED, label="shown by the scan", zorder=0)
-    ax.set_xscale("log")
-    ax.set_xticks(wavelengths, [f"{length:.3g}" for length in wavelengths])  # there may be no decade tick
-    ax.set_xticks([], minor=True)
-    if (means > 0).any():
-        ax.set(yscale="log")
-        log_ticks(ax.yaxis)
-    else:  # a logarithmic axis without a value cannot be drawn
-        ax.set_title("not computed: no place has a pull-off")
-    label_axis(ax.yaxis, "pull_off_force")
-    ax.set_xlabel("shortest wavelength of the surface [nm]")
-    return legend(ax, loc="best")

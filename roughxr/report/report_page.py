@@ -284,12 +284,11 @@ _FIRST = (
 #: The other figures; each is left out where the run lacks a group that it needs.
 _FIGURES = (
     _Figure(
-        "Pull-off and the shortest wavelength",
-        ["statistics/scale_dependence"],
-        lambda run: figures.cut_off(run["statistics/scale_dependence"]),
-        "Simulated pull-off at a sample of places over the shortest wavelength of the surface: right of the dashed "
-        "line the scan without its shortest wavelengths, left of it with random roughness added that extrapolates its "
-        "spectrum. Error bars are the scatter between random seeds.",
+        "Pull-off and the pixel",
+        ["statistics/extrapolated"],
+        lambda run: figures.force_over_pixel(run["statistics/extrapolated"]),
+        "Mean pull-off force as scanned, and on every second and fourth pixel of the scan at up to nine of the places; "
+        "left of them the real surface with its 95 % interval.",
     ),
     _Figure(
         "Pull-off force by place",

@@ -8,7 +8,7 @@ Its result is a dictionary of Datasets, the groups of its archive:
     /energy (superposed asperities), /rolling (resisting moments)
     statistics/adhesive, /rigid, /energy, /roughness, /regime (the recommended model), /formulas (pull-off by the
     usual formulas), /extrapolated, /detachment and /detachment_extrapolated (the critical flow), /error_budget,
-    /scale_dependence, /summary (the answer), /places (one row a place)
+    /summary (the answer), /places (one row a place)
 """
 
 from __future__ import annotations
@@ -32,12 +32,13 @@ from ..particles.loads import Flow
 from ..scans import level
 from ..scans.levelling import METHODS
 from ..specimen import Specimen, need_wide_scan, specimen_of
-from ..studies.extrapolation import refuse_synthetic, second_scan
+from ..studies.extrapolation import refuse_synthetic
+from ..studies.second_scan import second_scan
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import JKR
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
-from ..vocabulary.units import Places, Quantities
+from ..vocabulary.units import Places, Quantities, Quantity, positive
 from .folder import notes, refuse_own_files, tables_text, write_figures, write_pages, write_tables
 from .options import check_output, read_adhesion
 from .parts import PARTS, SILENT, Part, Task
@@ -57,6 +58,7 @@ def run(
     levelling: str = "plane",
     budget: int = 8,
     finer: xr.Dataset | None = None,
+    shortest: Quantity | None = None,
     flow: str | Flow = "air",
     command: str = "",
 ) -> dict[str, xr.Dataset]:
@@ -85,6 +87,8 @@ def run(
         Number of places at which each change of the error budget is simulated; 0: no budget.
     finer : Dataset, optional
         A second scan of the surface on finer pixels, for the best estimate, see `extrapolated`; levelled likewise.
+    shortest : number or quantity, optional
+        Shortest wavelength of the surface, nm, where it is known, see `extrapolated`.
     flow : {"air", "water"} or Flow
         The fluid that detaches the sphere, see `critical_load`; it does not change the adhesion (`assign_pair` has the
         medium in which the bodies adhere).
@@ -132,6 +136,7 @@ def run(
     if specimen.indenter.map is None:
         flow = read_body(specimen.bodies, None, flow).flow
     adhesion |= {"mesh": read_mesh(mesh, usual_mesh(specimen)), "finer": finer, "flow": flow}
+    adhesion |= {"shortest": None if shortest is None else positive(shortest, "nm", "shortest")}
     if particle:
         print_line("resting positions of the particle")
         subregions = resting(specimen.scan, landings=subregions)

@@ -32,8 +32,7 @@ from ..report.summary import BUDGET
 from ..scans import level, power_spectrum, regions, roughness
 from ..specimen import Specimen
 from ..statistics import pull_off
-from ..studies.extrapolation import real_pull_off, without_estimate
-from ..studies.roughness_scale import scale_dependence
+from ..studies.extrapolation import pixel_series, real_pull_off, without_estimate
 from ..studies.uncertainty_budget import budget_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import HERTZ
@@ -46,8 +45,8 @@ from .run_mesh import converged_mesh, need_pull_off, refuse_soft, show_answer
 #: Largest cells (nm) of rigid bodies, at most eight to a pixel.
 _RIGID_CELL = 2.5
 
-#: Places of the pull-off over the shortest wavelength, of the usual formulas, and of force over displacement.
-_SCALE_PLACES, _FORMULA_PLACES, _CURVE_PLACES = 3, 16, 4
+#: Places of the usual formulas, and of force over displacement.
+_FORMULA_PLACES, _CURVE_PLACES = 16, 4
 
 #: Number of steps from which force over displacement, of soft bodies, is computed at one place only.
 _MANY_STEPS = 20
@@ -204,7 +203,7 @@ def _curves_around_pull_off(task: Task) -> dict[str, xr.Dataset]:
 
 
 def _error_budget(task: Task) -> dict[str, xr.Dataset]:
-    """Return the error budget of the simulated pull-off, and the pull-off against the shortest wavelength."""
+    """Return the error budget of the simulated pull-off."""
     plan = task.plan
     scan = task.specimen.scan
     solved = task.groups["solutions/adhesive"]
@@ -212,27 +211,25 @@ def _error_budget(task: Task) -> dict[str, xr.Dataset]:
     finer = task.groups.get("solutions/finer")
     out = budget_of(scan, solved, places=plan.budget, preload=plan.preload, mesh=mesh, finer=finer)
     how = {"preload": plan.preload, "mesh": mesh, "places": plan.budget, "law": solved.attrs["law"]}
-    groups = {BUDGET: schema.record(out, "error_budget", scan, **how)}
-    sampled = regions.sample(regions.centres(scan, solved), min(plan.budget, _SCALE_PLACES))
-    try:
-        scales = scale_dependence(scan, seeds=2, subregions=sampled, preload=plan.preload)
-    except ValueError:  # no sphere, or no spectrum to extrapolate
-        return groups
-    return groups | {"statistics/scale_dependence": scales}
+    return {BUDGET: schema.record(out, "error_budget", scan, **how)}
 
 
 def _extrapolated_pull_off(task: Task) -> dict[str, xr.Dataset]:
     """Return the pull-off of the real surface, or the reason for its absence."""
     scan = task.specimen.scan
-    finer = task.plan.finer
+    plan = task.plan
+    solved = task.groups["solutions/adhesive"]
+    how = {"finer": plan.finer, "shortest": plan.shortest}
     try:
-        estimate = real_pull_off(scan, task.groups["solutions/adhesive"], task.groups.get(BUDGET), finer=finer)
+        # the run has warned of a doubtful second scan before its first stage
+        estimate = without_warnings(real_pull_off, scan, solved, task.groups.get(BUDGET), **how)
     except ValueError as error:
         reason = error.reason if isinstance(error, Refusal) else str(error)
         return {"statistics/extrapolated": without_estimate(scan, reason)}
+    series = pixel_series(scan, solved, plan.preload)
     return {
         "solutions/extrapolated": estimate[["pull_off_force"]],
-        "statistics/extrapolated": estimate.drop_vars("pull_off_force").drop_dims("subregion"),
+        "statistics/extrapolated": estimate.drop_vars("pull_off_force").drop_dims("subregion").assign(series),
     }
 
 

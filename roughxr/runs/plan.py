@@ -30,6 +30,7 @@ class Plan(NamedTuple):
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
     budget: int = 8  # places solved again under each change of the error budget; 0: no budget
     finer: xr.Dataset | None = None  # a second scan of the surface on finer pixels
+    shortest: float | None = None  # nm, shortest wavelength of the surface, where it is known
     flow: str | Flow = "air"  # the fluid that detaches the sphere
 
 

@@ -8,7 +8,7 @@ from .container import open_container
 from .description import describe
 from .editing import crop, fill, resample
 from .export import to_file, to_netcdf
-from .fine_scales import add_fine_roughness, self_affine_fit, smooth
+from .fine_scales import self_affine_fit, smooth
 from .levelling import level
 from .plausibility import ImplausibleScan
 from .roughness_parameters import roughness
@@ -20,7 +20,6 @@ __all__ = [
     "ImplausibleScan",
     "RoughxrBackend",
     "UnreadableScan",
-    "add_fine_roughness",
     "combined_spectrum",
     "crop",
     "describe",

@@ -13,18 +13,20 @@ from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import SHORT_RANGE
 from ..vocabulary.error_sources import (
     ERROR_SOURCES,
+    ONE_SCAN,
     PLACES,
-    SECOND_SCAN_PART,
-    SECOND_SCAN_PIXELS,
+    SECOND_SCAN_PIXEL,
     SECOND_SCAN_WIDTH,
     UNSEEN,
+    UNSEEN_WORDS,
 )
 from ..vocabulary.numbers import (
     bounds_in_words,
-    is_too_wide,
     number,
     percent,
+    prefixed,
     quantity,
+    significant,
     value_and_interval,
     with_interval,
 )
@@ -189,29 +191,18 @@ def with_units(summary: xr.Dataset) -> xr.Dataset:
 def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
     """Return an answer with the best estimate of the real surface, its parts, and the step that narrows it most."""
     deviations = estimate["relative_std"].fillna(0.0).to_series()
-    remaining = estimate["remaining_std"].fillna(0.0).to_series()
-    best, low, high = (float(estimate[f"pull_off_{name}"]) for name in ("mean", "low", "high"))
-    factor = float(estimate["roughness_factor"])
-    spread = np.exp(HALF_WIDTH * deviations[UNSEEN])
+    copied = ("finest_shown", "roughness_factor", "roughness_low", "roughness_high", "narrowed_low", "narrowed_high")
     scan_deviations = deviations[[ERROR_SOURCES[name].is_of_scan for name in deviations.index]]
     pair_deviations = deviations.drop([UNSEEN, PLACES, *scan_deviations.index], errors="ignore")
-    reduction = deviations**2 - remaining**2
-    next_step = str(reduction.idxmax())
-    width_ratio = np.sqrt(max(1 - reduction[next_step] / max(float((deviations**2).sum()), 1e-300), 0.0))
-    out = summary.assign(
-        best_estimate=best,
-        best_low=low,
-        best_high=high,
-        finest_shown=estimate["finest_shown"],
-        roughness_factor=factor,
-        roughness_low=factor / spread,
-        roughness_high=factor * spread,
+    out = summary.assign({name: estimate[name] for name in copied}).assign(
+        best_estimate=estimate["pull_off_mean"],
+        best_low=estimate["pull_off_low"],
+        best_high=estimate["pull_off_high"],
         pair_error=HALF_WIDTH * float(np.sqrt((pair_deviations**2).sum())) if pair_deviations.size else np.nan,
         scan_error=HALF_WIDTH * float(np.sqrt((scan_deviations**2).sum())),
-        narrowed_low=best * (low / best) ** width_ratio,
-        narrowed_high=best * (high / best) ** width_ratio,
     )
-    return out.assign_attrs(narrowing_source=next_step, scan_sources=_largest_sources(scan_deviations))
+    attributes = {name: estimate.attrs[name] for name in ("narrowing_source", "unseen_by")}
+    return out.assign_attrs(attributes, scan_sources=_largest_sources(scan_deviations))
 
 
 def _largest_sources(deviations: pd.Series) -> str:
@@ -264,23 +255,42 @@ def headline(summary: xr.Dataset) -> str:
 
 def _real_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
     """Return the pull-off of the real surface, and what it is made of."""
-    ends = value["best_low"], value["best_high"]
-    best = with_interval(value["best_estimate"], *ends, why_wide="").removesuffix(")")
+    unit, size = prefixed(value["best_estimate"])
+    best, *ends = (significant(value[f"best_{end}"] / size) for end in ("estimate", "low", "high"))
     errors = "without the errors of the pair of bodies"
     if np.isfinite(value["pair_error"]):
         errors = "all known errors, given the law of attraction"  # of which no error is known
-    scanned = f"As scanned {_mean_words(summary, value)}"
-    low, high = (number(value[f"roughness_{end}"], digits=2) for end in ("low", "high"))
-    finer = number(value["finest_shown"], "nm", 2)
-    factor = number(value["roughness_factor"], digits=2)
-    parts = [scanned, f"× {factor} ({low} … {high}) by roughness finer than {finer}"]
+    parts = [f"As scanned {_mean_words(summary, value)}", _unseen_words(summary, value)]
     scan_sources = str(summary.attrs.get("scan_sources", "scan and mesh"))
     for name, source in (("pair_error", "the pair of bodies"), ("scan_error", scan_sources)):
         # relative half width of an interval below which its source is not named
         if value[name] > 0.05:
             low, high = (number(np.exp(sign * value[name]), digits=2) for sign in (-1, 1))
             parts.append(f"× {low} … {high} by {source}")
-    return [f"Pull-off force of the real surface{_air(summary)}: {best}, {errors}).", f"{'; '.join(parts)}."]
+    interval = f"95 % interval {' … '.join(ends)} {unit}, {errors}"
+    return [f"Pull-off force of the real surface{_air(summary)}: {best} {unit} ({interval}).", f"{'; '.join(parts)}."]
+
+
+def _unseen_words(summary: xr.Dataset, value: Mapping[str, float]) -> str:
+    """Return the effect of unseen roughness: a factor that multiplies the mean as printed to the best estimate."""
+    ends = " … ".join(significant(value[f"roughness_{end}"]) for end in ("low", "high"))
+    finer = f"roughness finer than {number(value['finest_shown'], 'nm', 2)}"
+    factor = _printed_factor(value)
+    source = summary.attrs["unseen_by"]
+    if source != ONE_SCAN:
+        return f"× {factor} ({ends}) by {finer}, {UNSEEN_WORDS[source]}"
+    return f"× {factor} ({ends}, {UNSEEN_WORDS[source]}) by {finer}, which the scan does not show"
+
+
+def _printed_factor(value: Mapping[str, float]) -> str:
+    """Return the factor of unseen roughness with as many digits as the printed numbers need to multiply within 3 %."""
+    _, size = prefixed(value["pull_off_force"])
+    scanned, _ = value_and_interval(value["pull_off_force"], value["low"], value["high"])
+    _, best_size = prefixed(value["best_estimate"])
+    best = float(significant(value["best_estimate"] / best_size)) * best_size
+    texts = [significant(value["roughness_factor"], digits) for digits in (2, 3, 4)]
+    printed = size * float(scanned.partition(" ")[0])
+    return next((text for text in texts if abs(printed * float(text) / best - 1) < 0.03), texts[0])
 
 
 def _scanned_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
@@ -415,20 +425,16 @@ def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
         if narrowed > 0.95 * wide:  # no step narrows it by a twentieth
             return ""
     sentence = f"The interval narrows most with {remedy.format(**_second_scan_words(summary, value['finest_shown']))}"
-    if np.isfinite(value["narrowed_low"]) and not is_too_wide(value["narrowed_low"], value["narrowed_high"]):
-        _, ends = value_and_interval(value["best_estimate"], value["narrowed_low"], value["narrowed_high"])
-        sentence += f" (to some {ends})"
+    if np.isfinite(value["narrowed_low"]):
+        unit, size = prefixed(value["best_estimate"])
+        ends = " … ".join(significant(value[f"narrowed_{end}"] / size) for end in ("low", "high"))
+        sentence += f" (to some {ends} {unit})"
     return f"{sentence}."
 
 
 def _second_scan_words(summary: xr.Dataset, finest_shown: float) -> dict[str, str]:
     """Return width and pixels of the second scan that is advised, in words."""
     pixel = finest_shown / 2
-    smallest, largest = SECOND_SCAN_PIXELS
-    largest = min(largest, SECOND_SCAN_PART * pixel)
-    pixels = number(largest, "nm", 2)
-    if largest > smallest:
-        pixels = f"{number(smallest, digits=2)} to {pixels}"
     radius = summary.coords.get("sphere_radius")
     width = "" if radius is None else f", {number(max(float(radius), SECOND_SCAN_WIDTH * pixel), 'nm', 2)} wide"
-    return {"width": width, "pixels": pixels}
+    return {"width": width, "pixels": number(SECOND_SCAN_PIXEL, "nm", 2)}

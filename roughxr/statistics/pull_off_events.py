@@ -55,9 +55,9 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
     (3.0, 0.0)
     """
     ds = schema.entered_dataset(ds, "result")
-    if "pull_off_force" in ds and ("complete" in ds or "force" in ds):
+    if "pull_off_force" in ds and {"complete", "force", "roughness_factor"} & set(ds):
         out = _solver_pull_off(ds)
-        method = "cycle" if "complete" in ds else "exact search"
+        method = "cycle" if "force" not in ds or "complete" in ds else "exact search"
     else:
         force = _adhesive_force(ds)
         method = "sweep"
@@ -122,7 +122,7 @@ def _largest_in_sweep(force: xr.DataArray, solved: xr.DataArray | bool) -> xr.Da
 def _solver_pull_off(ds: xr.Dataset) -> xr.Dataset:
     """Return the solver's own pull-off, at any displacement."""
     bracketed = pulls = ds["pull_off_force"] > 0
-    names = ["pull_off_force", "pull_off_delta", *(name for name in _ERRORS if name in ds)]
+    names = ["pull_off_force", *(name for name in ("pull_off_delta", *_ERRORS) if name in ds)]
     if "complete" in ds:
         bracketed = pulls & ds["complete"]
         if "delta" in ds.dims:

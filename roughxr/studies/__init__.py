@@ -2,7 +2,6 @@
 
 parameter_grid      `vary`: a verb over a grid of properties of the pair
 extrapolation       `extrapolated`: the pull-off with the roughness below the pixel
-roughness_scale     `scale_dependence`: the pull-off over the shortest wavelength of the surface
 uncertainty_budget  `error_budget`: known uncertainties of the simulated pull-off and their sources
 assumptions         the assumptions that the budget changes
 budget_changes      the change of the pull-off under each

@@ -1,17 +1,16 @@
 """`extrapolated`: the pull-off of the real surface, from that as scanned and the effect of finer roughness.
 
-The real pull-off is the mean as scanned, over all places, times a factor. With one scan, unseen roughness lowers the
-pull-off by a part of what the roughness seen lowers it: with u = ln(smooth flat / as scanned), ln(factor) = −a h u. The
-effect of an octave falls with its wavelength: h = 1 − shortest / longest unseen wavelength. The constants are those of
-measured surfaces, of which coarse images were solved (``tests/benchmarks/real_below_the_pixel.py``). With a second,
-finer scan, the factor is the ratio of two pull-offs of it: as it is, and as the first scan would show it. Measured
-pull-offs of another pair or radius give the factor as their ratio to the simulation. Several estimates of the factor
-are combined, each weighted by the inverse of its variance. Particles at rest take the ratio of the second scan alone
-(``tests/benchmarks/particles_below_the_pixel.py``).
+The real pull-off is the mean as scanned, over all places, times a factor. With one scan, the centre and the ends of the
+factor are those of measured surfaces, by the number of octaves that the scan does not show: nothing that a picture
+shows orders them (``tests/benchmarks/real_below_the_pixel.py``). With a second, finer scan, the factor is the ratio of
+two pull-offs of it: as it is, and as the first scan would show it. Below the pixels of the second scan, the octaves
+count as below those of the first. Measured pull-offs of another pair or radius give the factor as their ratio to the
+simulation. All this holds for particles at rest as for probes, but that one scan cannot predict where they rest.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,70 +19,81 @@ import xarray as xr
 from ..bodies.pair_record import read_pair
 from ..contact.adhesion import adhesive
 from ..contact.adhesive_options import read_preloads
-from ..contact.mesh import Mesh, read_mesh
+from ..contact.mesh import MOST_REFINED, Mesh, read_mesh
 from ..contact.regimes import need_sphere
-from ..scans import level, regions
-from ..scans.editing import on_square_pixels
+from ..scans import regions
 from ..specimen import Specimen
 from ..statistics.headline import HALF_WIDTH, mean_pull_off, mesh_error
 from ..statistics.sampling import SHARE, at_first_preload
 from ..vocabulary import schema
 from ..vocabulary.error_sources import (
+    MEASURED,
     MESH,
+    ONE_SCAN,
     PLACES,
     SAMPLING,
+    SECOND_SCAN,
+    SECOND_SCAN_NOISE,
     SECOND_SCAN_PART,
-    SECOND_SCAN_PIXELS,
-    SECOND_SCAN_WIDTH,
+    SECOND_SCAN_PIXEL,
     UNSEEN,
+    UNSEEN_WORDS,
 )
 from ..vocabulary.numbers import number
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 from ..vocabulary.units import Places, Quantity, positive, whole_number
 from .assumptions import CHANGES, noise_limit
+from .second_scan import SecondScan, second_scan
 from .uncertainty_budget import budget_of
 
-#: ln(factor) = −_FALL h u of one scan, with the standard deviation h √((_MISSED b)² + (_SCATTER u)²) for wavelengths to
-#: b; _MISSED is in 1/nm. Set on AFM maps by ``tests/benchmarks/real_below_the_pixel.py``.
-_FALL = 0.39
-_MISSED = 0.0093
-_SCATTER = 0.49
+#: Change of ln(pull-off) by each octave of wavelengths that a scan does not show: centre, and lower end of 95 %.
+_CENTRE_OF_OCTAVE = -0.2
+_LOWEST_OF_OCTAVE = -1.1
 
-#: Shortest wavelength (nm) of continuum theory, and the shortest and longest that the maps could test.
+#: Upper end of ln(factor): finer roughness hardly raises a force, in however many octaves.
+_HIGHEST = 0.19
+
+#: Fewest octaves that tip and noise hide, on however fine pixels.
+_FEWEST_OCTAVES = 1.5
+
+#: Distance of both ends of ln(factor) by a second scan, for each octave that it shows and the first does not.
+_SECOND_OF_OCTAVE = 0.3
+
+#: Shortest wavelength (nm) of continuum theory, and the shortest and longest that maps could test.
 _SHORTEST_WAVELENGTH = 0.5
 _TESTED = (6.0, 64.0)
 
 #: Pixels of the shortest wavelength that a scan contains.
 _PIXELS_PER_WAVELENGTH = 2.0
 
-#: The same of a second scan, at h = 1, beyond the scatter of its places.
-_LEAST_SECOND_SCATTER = 0.17
-_SECOND_SCATTER = 0.27
-
-#: Places of the first pixels of a second scan as the first would show it, in pixels: results are means over both.
-_PHASES = (0.25, 0.75)
-
 #: Places along each axis at which a second scan is solved.
 _SECOND_PLACES = (3, 3)
-
-#: Standard deviation of ln(factor) of particles at rest by a second scan, beyond the scatter of its places.
-_RESTING_SCATTER = 0.2
 
 #: Standard deviation of ln(factor) from one pair and radius to another on one surface. On any three of four surfaces
 #: it is 0.24 to 0.34 (``tests/benchmarks/calibrated_factor.py``).
 _TRANSFER_ERROR = 0.35
 
-#: Largest ratio of heights or slopes of the second scan to those of all parts of the first one as large.
-_LARGEST_RATIO = 2.0
+#: Pixels of a scan in one of the pixel series, and number of places at which the series is solved.
+_SERIES = (2, 4)
+_SERIES_PLACES = 9
+
+#: Fewest pixels along a side of a scan of the series.
+_FEWEST_PIXELS = 8
 
 
 class RoughnessFactor(NamedTuple):
-    """The effect of unseen roughness on the pull-off."""
+    """The effect of unseen roughness on the pull-off: ln of the factor, and its distances from the ends of 95 %."""
 
-    log: float  # ln of the factor
-    error: float  # its standard deviation
-    source: str  # in words
+    log: float
+    below: float
+    above: float
+    source: str  # a key of `UNSEEN_WORDS`
+
+    @property
+    def error(self) -> float:
+        """The standard deviation of ln(factor), if both ends were equally far."""
+        return (self.below + self.above) / (2 * HALF_WIDTH)
 
 
 def extrapolated(
@@ -110,8 +120,9 @@ def extrapolated(
     preload, law, mesh
         As in `adhesive`, which solves the surface as scanned.
     finer : Dataset, optional
-        A second scan of the same surface on finer pixels, levelled, of any part of it. Its width should be that of the
-        sphere's radius or more. It narrows the interval most.
+        A second scan of the same surface on finer pixels, of any part of it. Its width should be that of the
+        sphere's radius or more. It narrows the interval most. A warning states heights, slopes or a skewness that
+        differ from those of the first scan; its plane is subtracted.
     measured : Dataset, optional
         Result of `compare` for measured pull-offs of another pair or radius on this surface, and their simulation by
         `adhesive` on this scan. Their ratio calibrates the factor of a fixed probe.
@@ -120,6 +131,7 @@ def extrapolated(
         work of adhesion of the measured pair: 0.1 for 10 %.
     shortest : number or quantity, optional
         Shortest wavelength of the surface, nm, where it is known; by default 0.5 nm, where continuum theory ends.
+        Wavelengths below 6 nm could not be tested: an octave is assumed to count a quarter of the octave above.
     places : int
         Number of places at which the errors of pair and tip are solved.
 
@@ -128,9 +140,12 @@ def extrapolated(
     Dataset
         ``pull_off_force`` (nN) of the real surface along ``subregion``; ``pull_off_mean`` with ``pull_off_low`` and
         ``pull_off_high``, its 95 % interval by all errors; ``scanned_mean`` (nN), that of `adhesive` at the same
-        places, and ``roughness_factor``, whose product is the mean; ``relative_std`` along ``entry``, the standard
-        deviations of ln(mean), and ``remaining_std``, those that remain once the source of an error is measured, or
-        a second scan taken. The attributes ``known`` and ``assumed`` state what the scan shows, and the factor.
+        places, and ``roughness_factor`` with its ends ``roughness_low`` and ``roughness_high``; the product of both is
+        the mean. ``relative_std`` along ``entry``, the standard deviations of ln(mean), and ``remaining_std``, those
+        that remain once the source of an error is measured, or a second scan taken; ``narrowed_low`` and
+        ``narrowed_high``, the interval after the step that narrows it most, which the attribute ``narrowing_source``
+        names. ``pull_off_on_pixels`` (nN) along ``pixel_size``: the mean as scanned, and on every second and fourth
+        pixel of the scan. The attributes ``known`` and ``assumed`` state what the scan shows, and the factor.
 
     Raises
     ------
@@ -140,18 +155,19 @@ def extrapolated(
 
     Notes
     -----
-    With one scan: factor = (F(scan) / F(smooth flat))^0.3h, with h = 1 − a/b for unseen wavelengths from a to b.
-    Factors of measured surfaces scatter by the effect of the roughness seen, and the interval with them.
+    With one scan: ln(factor) = −0.2 n, between −1.1 n and 0.19, with n the number of octaves from two pixels of the
+    scan to ``shortest``, at least 1.5, which tip and noise hide on any pixels. On measured surfaces, nothing that a
+    picture shows narrows these ends: neither how much roughness it shows, nor the pull-off on larger pixels.
 
     With a second scan: factor = F(finer) / F(finer as shown by ``ds``), both at nine places, where "shown" means
-    sampled on the pixels of ``ds``. Roughness below the pixels of the second scan is estimated as with one scan. The
-    result is the mean of this factor and that of one scan, in ln, weighted by the inverse variances; so is that of
-    measured pull-offs, whose ratio to the simulation depends on pair and radius by a factor of 2 at 95 %.
+    sampled on the pixels of ``ds``. Wavelengths at which the noise of the second scan exceeds its roughness are removed
+    first. Roughness below is counted in octaves, as with one scan. The ratio takes the place of the factor of one scan;
+    measured pull-offs do, too. Both together are averaged in ln, weighted by the inverse variances.
 
     On finer roughness, a particle rolls on to other resting positions and is supported otherwise, which one scan cannot
     predict. The factor by a second scan holds for it as for a probe.
 
-    The places' relative scatter is that of the surface as scanned: on AFM maps 0.7 to 1.7 times the true one.
+    The places' relative scatter is that of the surface as scanned.
 
     Examples
     --------
@@ -175,6 +191,7 @@ def extrapolated(
     budget = budget_of(scan, solved, places=count, preload=force, mesh=mesh, only=CHANGES)
     estimates: dict[str, Any] = {"finer": finer, "measured": measured, "force_std": force_std, "shortest": shortest}
     out = real_pull_off(scan, solved, budget, **estimates)
+    out = out.merge(pixel_series(scan, solved, force), combine_attrs="override")
     arguments = {"subregions": subregions, "preload": preload, "law": law, "mesh": mesh, "places": count}
     return schema.record(out, "extrapolated", scan, **estimates, **arguments)
 
@@ -211,73 +228,145 @@ def real_pull_off(
             f"{places} that adhere" + f", {number(independent, digits=2)} of them independent" * (places > 1),
             "take a larger grid or a larger scan",
         )
-    lowering = -float(np.log(scanned["smooth_share"]))
-    unseen = _unseen_factor(ds, solved, scanned, end, finer, measured, force_std)
-    errors = {PLACES: np.log(high / low) / (2 * HALF_WIDTH), UNSEEN: unseen.error, **_pair_errors(budget)}
-    if not np.isfinite(errors.get(MESH, np.nan)):
-        errors[MESH] = float(np.nan_to_num(mesh_error(pull_off))) / HALF_WIDTH
-    shared = HALF_WIDTH * float(np.hypot.reduce([error for name, error in errors.items() if name != PLACES]))
+    unseen, noise = _unseen_factor(ds, solved, end, finer, measured, force_std)
+    errors = {PLACES: _Ends(np.log(mean / low), np.log(high / mean)), UNSEEN: _Ends(unseen.below, unseen.above)}
+    errors |= {name: _both_ends(HALF_WIDTH * error) for name, error in _pair_errors(budget).items()}
+    if finer is not None:
+        errors[SECOND_SCAN_NOISE] = _both_ends(HALF_WIDTH * noise)
+    if MESH not in errors or not np.isfinite(errors[MESH].below):
+        errors[MESH] = _both_ends(float(np.nan_to_num(mesh_error(pull_off))))
+    remaining = {UNSEEN: errors[UNSEEN]} | _after_second_scan(ds, finer, end)
     factor = float(np.exp(unseen.log))
-    remaining = {UNSEEN: unseen.error}
-    if finer is None and SECOND_SCAN_PART * max(schema.pixel(ds)) >= SECOND_SCAN_PIXELS[0]:
-        second = RoughnessFactor(unseen.log, second_scan_error(lowering), "by a second scan")
-        remaining[UNSEEN] = _combined_factor(unseen, second).error
-    shown = _PIXELS_PER_WAVELENGTH * max(schema.pixel(ds))
+    best = factor * mean
+    ends = _sum_of(errors)
+    narrowed = {name: _sum_of(errors | {name: remaining.get(name, _both_ends(0.0))}) for name in errors}
+    step = min(narrowed, key=lambda name: sum(narrowed[name]))
     out = xr.Dataset(
         {
             "pull_off_force": factor * pull_off["pull_off_force"],
-            "pull_off_mean": factor * mean,
-            "pull_off_low": factor * mean * np.exp(-np.hypot(np.log(mean / low), shared)),
-            "pull_off_high": factor * mean * np.exp(np.hypot(np.log(high / mean), shared)),
+            "pull_off_mean": best,
+            "pull_off_low": best * np.exp(-ends.below),
+            "pull_off_high": best * np.exp(ends.above),
             "scanned_mean": mean,
             "roughness_factor": factor,
-            "finest_shown": shown,
+            "roughness_low": factor * np.exp(-unseen.below),
+            "roughness_high": factor * np.exp(unseen.above),
+            "finest_shown": _shown_wavelength(ds),
             "smooth_share": float(scanned["smooth_share"]),
-            "relative_std": ("entry", list(errors.values())),
-            "remaining_std": ("entry", [remaining.get(name, 0.0) for name in errors]),
+            "narrowed_low": best * np.exp(-narrowed[step].below),
+            "narrowed_high": best * np.exp(narrowed[step].above),
+            "relative_std": ("entry", [error.std for error in errors.values()]),
+            "remaining_std": ("entry", [remaining.get(name, _both_ends(0.0)).std for name in errors]),
         },
         {"entry": list(errors), **pull_off["pull_off_force"].coords},
     )
-    out.attrs = _sentences(ds, shown, unseen)
+    out.attrs = _sentences(ds, end, unseen) | {"narrowing_source": step, "unseen_by": unseen.source}
     if budget is None:
         out.attrs["assumed"] += " The errors of the pair are not included."
     return schema.label(out)
 
 
+class _Ends(NamedTuple):
+    """Distances of ln(mean) from the ends of its 95 % interval, by one error or by all."""
+
+    below: float
+    above: float
+
+    @property
+    def std(self) -> float:
+        """The standard deviation of ln(mean), if both ends were equally far."""
+        return (self.below + self.above) / (2 * HALF_WIDTH)
+
+
+def _both_ends(distance: float) -> _Ends:
+    return _Ends(distance, distance)
+
+
+def _sum_of(errors: Mapping[str, _Ends]) -> _Ends:
+    """Return the ends by several independent errors."""
+    return _Ends(*np.hypot.reduce(list(errors.values())).tolist())
+
+
+def _after_second_scan(ds: xr.Dataset, finer: xr.Dataset | None, end: float) -> dict[str, _Ends]:
+    """Return what a second scan on the advised pixels leaves of the error of unseen roughness, if it is advised."""
+    if finer is not None or SECOND_SCAN_PART * max(schema.pixel(ds)) < SECOND_SCAN_PIXEL:
+        return {}
+    second = second_scan_factor(0.0, _shown_wavelength(ds), _PIXELS_PER_WAVELENGTH * SECOND_SCAN_PIXEL, end)
+    return {UNSEEN: _Ends(second.below, second.above)}
+
+
+def pixel_series(ds: xr.Dataset, solved: xr.Dataset, preload: float) -> xr.Dataset:
+    """Return the mean pull-off as scanned and on every second and fourth pixel of the scan, by a sample of places.
+
+    Empty for resting positions, which larger pixels move, and where the pixels are too few.
+    """
+    steps = [step for step in _SERIES if min(ds["height"].shape) >= _FEWEST_PIXELS * step]
+    if SHARE in solved.coords or not steps:
+        return xr.Dataset()
+    pull_off = at_first_preload(solved)
+    base = regions.sample(pull_off, _SERIES_PLACES)
+    law = solved.attrs["law"]
+    cells = int(base["mesh"].max())
+    forces = [base["pull_off_force"].values]
+    for step in steps:
+        coarse = ds.isel(x=slice(step // 2, None, step), y=slice(step // 2, None, step))
+        mesh = Mesh(min(cells * step, MOST_REFINED), None)
+        centres = regions.centres(coarse, base)
+        on_step = without_warnings(adhesive, coarse, subregions=centres, preload=preload, law=law, mesh=mesh)
+        forces.append(at_first_preload(on_step)["pull_off_force"].values)
+    everywhere = np.isfinite(forces).all(axis=0)
+    if not everywhere.any():
+        return xr.Dataset()
+    means = np.mean(forces, axis=1, where=everywhere)
+    sizes = max(schema.pixel(ds)) * np.array([1, *steps])
+    mean = float(mean_pull_off(pull_off)["pull_off_force"])
+    series = {"pull_off_on_pixels": ("pixel_size", mean * means / means[0])}
+    return schema.label(xr.Dataset(series, {"pixel_size": sizes}))
+
+
+def _shown_wavelength(ds: xr.Dataset) -> float:
+    """Return the shortest wavelength that a scan's pixels can show, nm."""
+    return _PIXELS_PER_WAVELENGTH * max(schema.pixel(ds))
+
+
 def _unseen_factor(
     ds: xr.Dataset,
     solved: xr.Dataset,
-    scanned: xr.Dataset,
     end: float,
     finer: xr.Dataset | None,
     measured: xr.Dataset | None,
     force_std: float,
-) -> RoughnessFactor:
-    """Return the effect of unseen roughness down to an end (nm), by one scan, a second one, and measured forces."""
-    lowering = -float(np.log(scanned["smooth_share"]))
-    is_at_rest = SHARE in solved.coords
-    unseen = one_scan_factor(lowering, max(schema.pixel(ds)), end)
+) -> tuple[RoughnessFactor, float]:
+    """Return the effect of unseen roughness down to an end (nm), and the error of its ln by a second scan's noise."""
+    shown = _shown_wavelength(ds)
+    unseen = one_scan_factor(unseen_octaves(shown, end))
+    noise = 0.0
     if finer is not None:
-        second = _second_scan_factor(ds, finer, solved.attrs["law"], lowering, end, is_at_rest)
-        unseen = second if is_at_rest else _combined_factor(unseen, second)
-    if measured is not None and not is_at_rest:
+        second = second_scan(ds, finer)
+        log, noise = second_scan_ratio(second, solved.attrs["law"])
+        unseen = second_scan_factor(log, shown, second.shown_wavelength, end)
+    if measured is not None and SHARE not in solved.coords and unseen.error > 0:
         by_forces = _measured_factor(measured, force_std)
-        if finer is not None:
-            by_forces = by_forces._replace(source=f"{unseen.source} and {by_forces.source}")
-            by_forces = _combined_factor(unseen, by_forces)
-        unseen = by_forces if unseen.error > 0 else unseen  # with the factor of one scan it is no better
-    return unseen
+        unseen = by_forces if finer is None else _combined_factor(unseen, by_forces)
+    return unseen, noise
 
 
-def _sentences(ds: xr.Dataset, shown: float, unseen: RoughnessFactor) -> dict[str, str]:
+def _sentences(ds: xr.Dataset, end: float, unseen: RoughnessFactor) -> dict[str, str]:
     """Return what is known from the scan, and what is assumed of finer roughness, in words."""
-    factor = float(np.exp(unseen.log))
-    spread = np.exp(HALF_WIDTH * unseen.error)
-    ends = " … ".join(number(limit, digits=2) for limit in (factor / spread, factor * spread))
+    shown = _shown_wavelength(ds)
+    low, factor, high = (
+        number(np.exp(log), digits=2) for log in (unseen.log - unseen.below, unseen.log, unseen.log + unseen.above)
+    )
     known = f"The scan resolves wavelengths of {number(shown, 'nm')} (2 pixels) and longer."
     if (noise := noise_limit(ds)) > read_pair(ds).range:
         known += f" Noise cannot be distinguished from roughness: it may reach {number(noise, 'nm', 2)}."
-    assumed = f"Finer roughness multiplies the pull-off by {number(factor, digits=2)} ({ends}), {unseen.source}."
+    words = UNSEEN_WORDS[unseen.source]
+    assumed = f"Finer roughness multiplies the pull-off by {factor} ({low} … {high}), {words}."
+    shortest, longest = _TESTED
+    if unseen.source != MEASURED and end < shortest < shown:
+        assumed += f" Below {shortest:g} nm nothing is measured: an octave is assumed to count a quarter of that above."
+    if unseen.source == ONE_SCAN and shown > longest:
+        assumed += f" Wavelengths above {longest:g} nm could not be tested."
     return {"known": known, "assumed": assumed}
 
 
@@ -315,35 +404,36 @@ def _pair_errors(budget: xr.Dataset | None) -> dict[str, float]:
     return {str(name): np.log1p(error) for name, error in errors.items()}
 
 
-def one_scan_factor(lowering: float, pixel: float, end: float) -> RoughnessFactor:
-    """Return the effect of wavelengths from two pixels to an end (nm), by measured surfaces.
+def unseen_octaves(longest: float, end: float) -> float:
+    """Return the octaves of wavelengths that a scan does not show, from its longest unseen to the end (nm).
 
-    ``lowering`` is ln(pull-off from a smooth flat / pull-off as scanned).
+    Of untested ones, each is assumed to count a quarter of that above: an integral of wavelength² over octaves.
     """
-    longest = _PIXELS_PER_WAVELENGTH * pixel
-    part = 1 - min(end / longest, 1.0)
-    seen = max(lowering, 0.0)
-    source = "by the effect of the roughness seen, as on measured surfaces"
-    if longest > _TESTED[1] or end < _TESTED[0]:
-        source += f", tested on wavelengths of {_TESTED[0]:g} to {_TESTED[1]:g} nm and extrapolated beyond"
-    return RoughnessFactor(-_FALL * part * seen, part * float(np.hypot(_MISSED * longest, _SCATTER * seen)), source)
+    if end >= longest:
+        return 0.0
+    least = _TESTED[0]
+    tested = np.log2(max(longest, least) / max(end, least))
+    untested = (min(longest, least) / least) ** 2 - (min(end, least) / least) ** 2
+    return max(float(tested + untested / (2 * np.log(2))), _FEWEST_OCTAVES)
 
 
-def _second_scan_factor(
-    ds: xr.Dataset,
-    finer: xr.Dataset,
-    law: str,
-    lowering: float,
-    end: float,
-    is_at_rest: bool,
-) -> RoughnessFactor:
-    """Return the effect of the wavelengths that the first scan does not show, by a second one."""
-    log, scatter = second_scan_ratio(ds, finer, law)
-    below = one_scan_factor(lowering - log, max(schema.pixel(finer)), end)
-    beyond = _RESTING_SCATTER if is_at_rest else second_scan_error(lowering)
-    width = number(min(regions.sides(finer)), "nm")
-    source = f"by a second scan, {width} wide on pixels of {number(max(schema.pixel(finer)), 'nm')}"
-    return RoughnessFactor(log + below.log, float(np.hypot.reduce([scatter, beyond, below.error])), source)
+def one_scan_factor(octaves: float, source: str = ONE_SCAN) -> RoughnessFactor:
+    """Return the effect of so many unseen octaves, by measured surfaces."""
+    log = _CENTRE_OF_OCTAVE * octaves
+    highest = _HIGHEST if octaves > 0 else 0.0
+    return RoughnessFactor(log, log - _LOWEST_OF_OCTAVE * octaves, highest - log, source)
+
+
+def second_scan_factor(log: float, longest: float, second_longest: float, end: float) -> RoughnessFactor:
+    """Return the effect of wavelengths down to an end (nm), of which a second scan shows those above its own longest.
+
+    ``log`` is ln of the ratio of its pull-offs as it is, and as the first scan would show it.
+    """
+    octaves = unseen_octaves(longest, end)
+    hidden = min(max(unseen_octaves(second_longest, end), _FEWEST_OCTAVES), octaves)
+    below = one_scan_factor(hidden, SECOND_SCAN)
+    ends = np.hypot(_SECOND_OF_OCTAVE * (octaves - hidden), [below.below, below.above])
+    return RoughnessFactor(log + below.log, *ends.tolist(), SECOND_SCAN)
 
 
 def _measured_factor(measured: xr.Dataset, force_std: float) -> RoughnessFactor:
@@ -356,104 +446,31 @@ def _measured_factor(measured: xr.Dataset, force_std: float) -> RoughnessFactor:
     if not np.isfinite([ratio, low, high]).all():
         raise Refusal("measured", "an interval of the ratio", "none", "measure more places")
     scatter = np.log(high / low) / (2 * HALF_WIDTH)
-    error = float(np.hypot.reduce([scatter, force_std, _TRANSFER_ERROR]))
-    return RoughnessFactor(float(np.log(ratio)), error, "by measured pull-offs")
+    error = HALF_WIDTH * float(np.hypot.reduce([scatter, force_std, _TRANSFER_ERROR]))
+    return RoughnessFactor(float(np.log(ratio)), error, error, MEASURED)
 
 
 def _combined_factor(first: RoughnessFactor, second: RoughnessFactor) -> RoughnessFactor:
     """Return the mean of two estimates of one factor, weighted by their inverse variances.
 
-    Estimates of one surface may be wrong in the same way, so that agreement does not narrow the error. Where the first
-    is exact, nothing is unseen. The source is that of the second.
+    Estimates of one surface may be wrong in the same way, so that agreement does not narrow the error. The source is
+    that of the second.
     """
-    if first.error == 0:
-        return first
-    errors = np.array([first.error, second.error])
-    log = float(np.average([first.log, second.log], weights=errors**-2))
-    error = np.average(errors, weights=errors**-2)
-    return RoughnessFactor(log, float(error), second.source)
+    weights = np.array([first.error, second.error]) ** -2
+    means = np.average([first[:3], second[:3]], axis=0, weights=weights)
+    return RoughnessFactor(*means.tolist(), second.source)
 
 
-def second_scan_error(lowering: float) -> float:
-    """Return the standard deviation of ln(factor) by a second scan, beyond the scatter of its places."""
-    return float(np.hypot(_LEAST_SECOND_SCATTER, _SECOND_SCATTER * max(lowering, 0.0)))
+def second_scan_ratio(second: SecondScan, law: str) -> tuple[float, float]:
+    """Return ln(ratio) of the mean pull-offs of a second scan as it is and as shown, and its error by noise."""
+    centres = regions.centres(second.finer, _SECOND_PLACES)
 
+    def solve(scan: xr.Dataset) -> np.ndarray:
+        return at_first_preload(without_warnings(adhesive, scan, subregions=centres, law=law))["pull_off_force"].values
 
-def second_scan_ratio(ds: xr.Dataset, finer: xr.Dataset, law: str) -> tuple[float, float]:
-    """Return ln(ratio) of the mean pull-offs of a second scan as it is and as shown, and its error."""
-    finer, shown = second_scan(ds, finer)
-    centres = regions.centres(shown[0], _SECOND_PLACES)
-    fine, *coarse = (
-        at_first_preload(without_warnings(adhesive, scan, subregions=centres, law=law))["pull_off_force"].values
-        for scan in (finer, *shown)
-    )
-    both = np.isfinite([fine, *coarse]).all(axis=0)
+    fine, noisier, *coarse = (solve(scan) for scan in (second.finer, second.noisier, *second.as_shown))
+    both = np.isfinite([fine, noisier, *coarse]).all(axis=0)
     if both.sum() < 2:
         raise Refusal("finer", "two places that adhere", int(both.sum()), "take a wider second scan")
-    fine = fine[both]
-    as_shown = np.mean(coarse, axis=0)[both]
-    ratio = fine.mean() / as_shown.mean()
-    scatter = (fine - ratio * as_shown).std(ddof=1) / np.sqrt(fine.size) / fine.mean()
-    return float(np.log(ratio)), float(scatter)
-
-
-def second_scan(ds: xr.Dataset, finer: xr.Dataset) -> tuple[xr.Dataset, list[xr.Dataset]]:
-    """Return a second, finer scan with the pair of the first, as it is and as the first would show it.
-
-    Raise where it is not finer, too small, or not of the same surface.
-    """
-    finer = on_square_pixels(schema.validate(finer, "scan"))[["height"]].reset_coords(drop=True)
-    finer = finer.assign_coords(schema.pair_coordinates(ds))
-    shown = [_as_shown(finer, ds, phase) for phase in _PHASES]
-    _refuse_other_surface(ds, shown[0])
-    return finer, shown
-
-
-def _as_shown(finer: xr.Dataset, ds: xr.Dataset, phase: float) -> xr.Dataset:
-    """Return a finer scan sampled on pixels as large as those of a coarser one, from a part of a pixel on."""
-    step = schema.square_pixel(ds)
-    fine = schema.square_pixel(finer)
-    if not fine < step:
-        raise Refusal("finer", f"pixels smaller than {step:.3g} nm", f"{fine:.3g} nm")
-    axes = {}
-    for axis in "xy":
-        low = float(finer[axis][0])
-        high = float(finer[axis][-1])
-        count = int((high - low) / step)
-        if count < SECOND_SCAN_WIDTH:
-            raise Refusal(
-                "finer",
-                f"a side of {SECOND_SCAN_WIDTH * step:.3g} nm or more, ten pixels of the first scan",
-                f"{high - low:.3g} nm",
-            )
-        axes[axis] = low + step * (phase + np.arange(count))
-    return schema.label(finer.interp(axes, assume_sorted=True).assign_attrs(finer.attrs))
-
-
-def _refuse_other_surface(ds: xr.Dataset, shown: xr.Dataset) -> None:
-    """Raise where heights or slopes of a second scan differ from those of all parts of the first one as large."""
-    sides = [min(shown.sizes[axis], ds.sizes[axis]) for axis in "xy"]
-    tiles = [
-        ds.isel(x=slice(i, i + sides[0]), y=slice(j, j + sides[1]))
-        for i in range(0, ds.sizes["x"] - sides[0] + 1, sides[0])
-        for j in range(0, ds.sizes["y"] - sides[1] + 1, sides[1])
-    ]
-    parts = np.array([_heights_and_slopes(tile) for tile in tiles])
-    for name, units, value, rms_of_parts in zip(("heights", "slopes"), ("nm", ""), _heights_and_slopes(shown), parts.T):
-        low = rms_of_parts.min() / _LARGEST_RATIO
-        high = rms_of_parts.max() * _LARGEST_RATIO
-        if not low <= value <= high:
-            raise Refusal(
-                "finer",
-                f"a scan of the same surface, whose parts as large as this have {name} of rms "
-                f"{number(rms_of_parts.min(), units)} to {number(rms_of_parts.max(), units)} at equal pixels",
-                number(value, units),
-            )
-
-
-def _heights_and_slopes(scan: xr.Dataset) -> tuple[float, float]:
-    """Return the root mean squares of a scan's heights (nm) and slopes, less its plane."""
-    heights = level(scan)["height"].values
-    steps = schema.pixel(scan)
-    slopes = [np.diff(heights, axis=axis) / step for axis, step in enumerate(steps)]
-    return float(heights.std()), float(np.sqrt(np.mean([np.mean(slope**2) for slope in slopes])))
+    ratio = fine[both].mean() / np.mean(coarse, axis=0)[both].mean()
+    return float(np.log(ratio)), float(abs(np.log(noisier[both].mean() / fine[both].mean())))

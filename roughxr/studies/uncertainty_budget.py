@@ -5,8 +5,7 @@ the standard error of the mean over places of this scan. Every other entry is th
 places, when one assumption is changed by about its uncertainty. A known bias, as from the mesh to a mesh twice as fine,
 is subtracted from the mean, and a part of it is its entry. An entry that was not computed is NaN and states the reason.
 
-Roughness finer than the scan is not an entry, since its heights are unknown rather than uncertain: see `extrapolated`
-and `scale_dependence`.
+Roughness finer than the scan is not an entry, since its heights are unknown rather than uncertain: see `extrapolated`.
 """
 
 from __future__ import annotations

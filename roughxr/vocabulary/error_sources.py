@@ -9,16 +9,27 @@ from typing import NamedTuple
 PLACES = "places"
 SAMPLING = "sampling"
 UNSEEN = "unseen roughness"
+SECOND_SCAN_NOISE = "noise of the second scan"
 THIN = "thin menisci"
 
 MESH = "mesh"
 RANGE = "range of adhesion"
 
-#: Smallest and largest pixel (nm) of a second scan that is advised, largest part of the first scan's pixel, and least
-#: width in pixels of the first scan.
-SECOND_SCAN_PIXELS = (2.0, 5.0)
+#: Pixel (nm) of a second scan that is advised, largest part of the first scan's pixel, and least width in pixels of the
+#: first scan.
+SECOND_SCAN_PIXEL = 2.0
 SECOND_SCAN_PART = 0.5
 SECOND_SCAN_WIDTH = 10
+
+#: What gives the effect of unseen roughness, in words.
+ONE_SCAN = "surfaces"
+SECOND_SCAN = "second scan"
+MEASURED = "measured"
+UNSEEN_WORDS = {
+    ONE_SCAN: "as on 19 of 20 measured surfaces",
+    SECOND_SCAN: "by a second scan",
+    MEASURED: "by measured pull-offs",
+}
 
 #: Radius (nm) of the tip whose effect is removed.
 TIP_RADIUS = 10.0
@@ -73,6 +84,7 @@ ERROR_SOURCES = {
     THIN: ErrorSource(""),
     SAMPLING: ErrorSource("more places, or a larger scan", label="choice of places"),
     UNSEEN: ErrorSource("a second scan{width} on pixels of {pixels}"),
+    SECOND_SCAN_NOISE: ErrorSource("a second scan with less noise", is_of_scan=True),
 }
 
 #: Standard deviation of the range of adhesion, as a factor, of van der Waals attraction and of an assigned range.

@@ -42,6 +42,18 @@ def _format_finite(value: float, digits: int) -> str:
     return "0" if text == "-0" else text
 
 
+def significant(value: SupportsFloat, digits: int = 2) -> str:
+    """Return a number to some significant digits with the zeros among them, and one more digit if the first is a 1."""
+    value = float(value)
+    mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
+    if mantissa.startswith("1"):
+        mantissa, _, power = f"{value:.{digits}e}".partition("e")
+        digits += 1
+    if not math.isfinite(value) or not _PLAIN_RANGE[0] <= abs(value) < _PLAIN_RANGE[1]:
+        return number(value, digits=digits)
+    return f"{value:.{max(digits - 1 - int(power), 0)}f}"
+
+
 def percent(share: SupportsFloat) -> str:
     """Return a share as per cent."""
     return number(100 * float(share), "%", 2)

@@ -40,12 +40,12 @@ from scipy.special import ndtri
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
-from roughxr.kernels.topography.random_surface import nested_roughness, uniform
-from roughxr.scans.fine_scales import known_spectrum
+from roughxr.kernels.topography.random_surface import uniform
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 import reeks_hall
+from nested_roughness import extrapolated_spectrum, nested_roughness
 
 #: Wavelengths (nm) and power (nm⁴) of the film, as `film_of` finds them.
 FILM = (
@@ -160,9 +160,9 @@ def on_diamond(seed, cells, *, hardness, ruby, spectrum, law):
     """
     radius = 250_000.0
     cell = 9400.0 / cells
-    model = known_spectrum(film_spectrum(), 1e5)._replace(tilt=float(ndtri(spectrum)))
+    model = extrapolated_spectrum(film_spectrum())._replace(tilt=float(ndtri(spectrum)))
     at = (np.arange(cells) + 0.5) * cell
-    height = np.hypot(1, ruby) * nested_roughness(at, at, model.directional_density, 1e5, 4 * cell, seed)
+    height = np.hypot(1, ruby) * nested_roughness(at, at, model.density, 1e5, 4 * cell, seed)
     bodies = {"contact_modulus": 280.0, "work_of_adhesion": 0.0463, "adhesion_range": 5.6, "hardness": hardness}
     pair = roughxr.assign_pair(scan_of(height, cell), sphere_radius=radius, **bodies)
     force = pull(pair, law="lennard_jones") if law < 0.5 else flattened_pull(pair)

@@ -29,6 +29,7 @@ import roughxr
 from roughxr.scans import regions
 from roughxr.statistics.sampling import shares
 from roughxr.studies import extrapolation
+from roughxr.studies.second_scan import second_scan
 
 #: Surfaces that are scored, and pixels of the truth in one of the image.
 CHOSEN = (*list(SELF_AFFINE)[:3], "grains", "rough", "di-1", "di-2", "di-4", "veeco", "film")
@@ -61,15 +62,18 @@ def mean_at_rest(scan):
 
 
 def solved_surface(how):
-    """Return means at rest with their errors: truth and image; ln(ratio) of the second scan with its error; a probe."""
+    """Return means at rest with errors, of truth and image; ln(factor) of the second scan with its error; a probe."""
     pair = {"sphere_radius": how["radius"], "materials": "glass"}
-    surface, _ = true_surface(how)
+    surface, end = true_surface(how)
     truth = surface.contact.assign_pair(**pair)
     image = picture(surface, PIXELS[how["kind"]]).contact.assign_pair(**pair)
     at_rest = [force for scan in (truth, image) for force in mean_at_rest(scan)]
-    ratio = extrapolation.second_scan_ratio(image, corner(surface), LAW)
+    second = second_scan(image, corner(surface))
+    log, noise = extrapolation.second_scan_ratio(second, LAW)
+    shown = 2 * max(roughxr.schema.pixel(image))
+    factor = extrapolation.second_scan_factor(log, shown, second.shown_wavelength, end)
     probe = float(roughxr.adhesive(truth, subregions=GRID, law=LAW).pull_off_force.mean())
-    return [*at_rest, *ratio, probe]
+    return [*at_rest, factor.log, float(np.hypot(factor.error, noise)), probe]
 
 
 def main():
@@ -84,12 +88,13 @@ def main():
     print("surface       truth nN  ln(image / truth)  ln(estimate / truth)  stated error  rest / probe")
     for name in arguments.surfaces:
         try:
-            truth, truth_error, image, image_error, log, scatter, probe = solved.get(name, solved_surface, table[name])
+            values = solved.get(name, solved_surface, table[name])
         except ValueError as reason:
             print(f"{name:12s} refused: {reason}", flush=True)
             continue
+        truth, truth_error, image, image_error, log, factor_error, probe = values
         off = np.log(image / truth)
-        error = np.hypot.reduce([truth_error, image_error, scatter, extrapolation._RESTING_SCATTER])
+        error = np.hypot.reduce([truth_error, image_error, factor_error])
         rows.append((off, off + log, error, truth / probe))
         print(
             f"{name:12s} {truth:9.3g}  {off:17.2f}  {off + log:20.2f}  {error:12.2f}  {truth / probe:12.2f}", flush=True

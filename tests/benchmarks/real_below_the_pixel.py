@@ -1,22 +1,27 @@
 """Best estimates from coarse images of measured surfaces, against the surfaces themselves.
 
-    python tests/benchmarks/real_below_the_pixel.py [--cache FILE] [--surfaces NAME …]
+    python tests/benchmarks/real_below_the_pixel.py [--cache FILE] [--maps FOLDER] [--surfaces NAME …] [--varied]
 
-The maps are those of ``../shared/scans`` and ``../shared/scans/surfaces``: cropped, scaled alike in all directions to
-pixels of some 2 nm, levelled, and cut off at a few pixels. This is the truth, with its pull-off at 3 × 3 places of a
-sphere of 300 nm, glass on glass. An image is dilated by a tip of 8 nm and sampled at every 4th, 8th or 16th pixel,
-with noise of 0.05 nm. A second scan is a corner of 160 pixels of the map with a tip of 5 nm.
+The maps are listed in ``measured_surfaces.json`` with their sources; those that FOLDER lacks are downloaded there.
+Each is cropped, scaled alike in all directions (its scale is printed; 1 is native), levelled, and cut off at a few
+pixels. This is the truth, with its pull-off at 3 × 3 places of a sphere of 300 nm, glass on glass. An image is dilated
+by a tip of 8 nm and sampled at every 4th, 8th or 16th pixel, with noise of 0.05 nm: two, three and four octaves of
+pixels are unseen. A second scan is a corner of 160 pixels of the map with a tip of 5 nm, noise of 0.05 or 0.2 nm.
 
-Every image of every 4th and 8th pixel is scored with the constants of the estimate set without its surface; surfaces
-count equally. The rows of the table are (a) a constant times the image, (b) `roughxr.extrapolated` of one scan, and (c)
-of a second scan, once for AFM maps, on which the constants are set, once for optical ones, and once for synthetic
-self-affine surfaces, without a second scan. The errors of the pair and of the choice of places are left out of truth
-and intervals alike. The last line states the constants of all maps.
+The first table scores one scan, each surface by numbers set on the other AFM maps: the image as it is, 0.65 of it, a
+constant with a symmetric width (a), two ends by a split normal distribution (b), the same about a regression on the
+pixel series (c), and the ends of `roughxr.extrapolated` set anew: the least interval score over all octaves, times a
+factor for surfaces that are harder than all of these. The interval score is the width plus 40 times what lies outside,
+in ln. The second table scores the second scan, the third, with ``--varied``, other radii and another pair.
+The errors of the pair and of the choice of places are left out of truth and intervals alike.
 """
 
 import argparse
+import hashlib
+import itertools
 import json
 import os
+import urllib.request
 import warnings
 from pathlib import Path
 from typing import NamedTuple
@@ -32,23 +37,13 @@ from scipy.stats import norm, t
 import roughxr
 from roughxr.scans import UnreadableScan
 from roughxr.studies import extrapolation
+from roughxr.studies.second_scan import second_scan
 
-SCANS = Path(__file__).parents[3] / "shared" / "scans"
+MAPS = Path(__file__).parents[3] / "shared" / "scans"
+LIST = Path(__file__).with_name("measured_surfaces.json")
 
-#: Maps of ``../shared/scans``, AFM.
-FILES = {
-    "grains": "park_1um_512_grains.tiff",
-    "rough": "bruker_10um_512_rough.di",
-    "icon": "gwyddion_ascii_10um_256.txt",
-    "chip": "gsf_80um_300_chip.gsf",
-    "film": "asylum_2um_256_film.ibw",
-    "titanate": "gwyp_10um_256_pto.gwy",
-    "pits": "asylum_20um_256.ibw",
-    "flat": "nanosurf_20um_256.nid",
-    "streaks": "agilent_20um.mi",
-}
-FINEST = 2.0  # nm, pixels of the truth
-USUAL = {"crop": 512, "at": (0, 0), "levelling": ("plane",), "end_pixels": 3, "radius": 300.0, "kind": "AFM"}
+FINEST = 2.0  # nm, pixels of a truth without a stated scale
+RADIUS = 300.0  # nm
 
 #: Root mean square height (nm), Hurst exponent and roll-off wavelength (nm) of self-affine surfaces.
 SELF_AFFINE = {
@@ -60,34 +55,58 @@ SELF_AFFINE = {
     "gentle": (2.0, 0.9, 400.0),
 }
 SIDE = 256  # pixels of a self-affine surface
+END_PIXELS = 3
 
-#: Pixels of the truth in one of an image: all, and those that are scored.
+#: Pixels of the truth in one of an image, of the pixel series, and of an image with a second scan.
 PIXELS = (4, 8, 16)
-SCORED = (4, 8)
+SERIES = (2, 4)
+WITH_SECOND = (8, 4)
 
 TIP = 8.0  # nm
 NOISE = 0.05  # nm
+SECOND_NOISE = (0.05, 0.2)  # nm
 CORNER_PIXELS = 160
 CORNER_TIP = 5.0  # nm
 GRID = (3, 3)
 
-#: Confidence of the interval score.
+#: Surfaces, and radii (nm) or pairs, of the third table.
+VARIED = ("grains", "di-5", "di-2", "titanate", "stp-1", "lbl_PE13_1", "rough", "veeco")
+PAIRS = {
+    "R1000": (1000.0, "glass"),
+    "R100": (100.0, "glass"),
+    "R3000": (3000.0, "glass"),
+    "polymer": (RADIUS, ("polystyrene", "silicon")),
+}
+
 CONFIDENCE = 0.95
 
-TOLERANCE = {"xatol": 1e-3, "fatol": 1e-4, "maxiter": 2000}
+#: Factor on the ends that hold all other surfaces, for one that is harder.
+HARDER = 1.2
 
 
-def surfaces():
+def surfaces(folder=MAPS):
     """Return the definition of each surface by name."""
-    table = {name: USUAL | {"file": SCANS / file} for name, file in FILES.items()}
-    stored = json.loads((SCANS / "surfaces" / "surfaces.json").read_text())
-    table |= {row["file"].split(".")[0]: row | {"file": SCANS / "surfaces" / row["file"]} for row in stored}
-    made = {"kind": "self-affine", "radius": USUAL["radius"]}
+    table = json.loads(LIST.read_text())
+    table = {name: row | {"radius": RADIUS, "file": Path(folder) / row["file"]} for name, row in table.items()}
+    made = {"kind": "self-affine", "radius": RADIUS}
     return table | {name: made | {"heights": form, "seed": k} for k, (name, form) in enumerate(SELF_AFFINE.items())}
 
 
-def heights_and_pixel(path):
-    """Return heights and pixel (nm) of a file, by another reader where roughxr has none."""
+def obtained(how):
+    """Return whether a map is in its folder; download it if not."""
+    path = how["file"]
+    if not path.exists() and how["path"]:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        urllib.request.urlretrieve(f"https://raw.githubusercontent.com/{how['repository']}/HEAD/{how['path']}", path)
+    return path.exists() and hashlib.sha256(path.read_bytes()).hexdigest() == how["sha256"]
+
+
+def heights_and_pixel(how):
+    """Return heights and pixel (nm) of a map, by another reader where roughxr has none."""
+    path = how["file"]
+    if "width" in how:  # a text of heights in m
+        heights = np.loadtxt(path, comments="#").T * 1e9
+        return heights, how["width"] / heights.shape[0]
     try:
         scan = roughxr.open_scan(path).load()
         return scan["height"].transpose("x", "y").values.astype(float), float(scan.x[1] - scan.x[0])
@@ -102,8 +121,8 @@ def true_surface(how):
     """Return a map as a surface of known heights, with its shortest wavelength (nm)."""
     if how["kind"] == "self-affine":
         return self_affine_surface(*how["heights"], how["seed"])
-    heights, pixel = heights_and_pixel(how["file"])
-    scale = how.get("scale") or min(1.0, FINEST / pixel)
+    heights, pixel = heights_and_pixel(how)
+    scale = how["scale"] or min(1.0, FINEST / pixel)
     first, second = how["at"]
     heights = heights[first : first + how["crop"], second : second + how["crop"]] * scale
     nearest = distance_transform_edt(~np.isfinite(heights), return_indices=True)[1]
@@ -112,30 +131,31 @@ def true_surface(how):
     for form in how["levelling"]:
         scan = roughxr.level(scan, method=form)
     end = how["end_pixels"] * pixel * scale
-    return roughxr.scans.smooth(scan, shortest=end), end
+    return roughxr.scans.smooth(scan, shortest=end).assign_attrs(scale=scale), end
 
 
 def self_affine_surface(rms, hurst, rolloff, seed):
     """Return a synthetic surface with its shortest wavelength (nm)."""
-    end = USUAL["end_pixels"] * FINEST
+    end = END_PIXELS * FINEST
     form = {"rms": rms, "hurst": hurst, "rolloff": rolloff, "cutoff": end, "seed": seed}
     return roughxr.level(roughxr.scans.synthetic.self_affine((SIDE, SIDE), FINEST, **form)), end
 
 
-def picture(surface, pixels, averaged=False, tip=TIP, noise=NOISE, *, seed=1):
+def every(scan, pixels):
+    """Return every so many pixels of a scan."""
+    return scan.isel(x=slice(pixels // 2, None, pixels), y=slice(pixels // 2, None, pixels))
+
+
+def picture(surface, pixels, tip=TIP, noise=NOISE, *, seed=1):
     """Return a surface as a microscope shows it, on pixels of so many of its own."""
-    dilated = roughxr.scans.dilate(surface, tip_radius=tip)
-    if averaged:
-        shown = dilated.coarsen(x=pixels, y=pixels, boundary="trim").mean()
-    else:
-        shown = dilated.isel(x=slice(pixels // 2, None, pixels), y=slice(pixels // 2, None, pixels))
+    shown = every(roughxr.scans.dilate(surface, tip_radius=tip), pixels)
     return shown.assign(height=shown.height + np.random.default_rng(seed).normal(0, noise, shown.height.shape))
 
 
-def second_scan(surface):
+def corner(surface, noise=NOISE):
     """Return a finer scan of a corner of the surface."""
     side = min(CORNER_PIXELS, min(surface.height.shape) // 2)
-    return picture(surface.isel(x=slice(side), y=slice(side)), 1, tip=CORNER_TIP, seed=5)
+    return picture(surface.isel(x=slice(side), y=slice(side)), 1, tip=CORNER_TIP, noise=noise, seed=5)
 
 
 class Solved:
@@ -149,7 +169,7 @@ class Solved:
         """Return a stored result, or compute and store it."""
         if key not in self.results:
             self.results[key] = compute(*arguments)
-            print(key, np.round(np.mean(self.results[key]), 3), flush=True)
+            print(key, flush=True)
             if self.path:
                 self.path.write_text(json.dumps(self.results))
         return self.results[key]
@@ -159,114 +179,108 @@ class Row(NamedTuple):
     """An image of a surface."""
 
     pixels: int
-    longest: float  # nm, of the unseen wavelengths: two pixels
-    end: float  # nm, the shortest wavelength of the surface
-    lowering: float  # ln(smooth flat / image), of pull-offs
+    octaves: float  # unseen
     log: float  # ln(truth / image)
-    second: float  # ln(factor) by the second scan
-    error: float  # of it, by the scatter of its places
-    scatter: float  # relative standard deviation over places, over that of the truth
+    series: float  # ln(image / every second pixel of it)
 
 
-def rows_of(name, how, solved):
-    """Return the images of a surface."""
-    surface, end = true_surface(how)
-    pixel = float(surface.x[1] - surface.x[0])
-    places = roughxr.scans.regions.centres(picture(surface, 8), GRID)
+class SecondRow(NamedTuple):
+    """An image of a surface with a second scan."""
 
-    def simulated(pixels=None):
-        scan = surface if pixels is None else picture(surface, pixels)
-        pair = (
-            scan[["height"]].reset_coords(drop=True).contact.assign_pair(sphere_radius=how["radius"], materials="glass")
-        )
-        return roughxr.adhesive(pair, subregions=places).pull_off_force.values.tolist()
-
-    def by_second_scan(pixels):
-        image = picture(surface, pixels).contact.assign_pair(sphere_radius=how["radius"], materials="glass")
-        try:
-            return extrapolation.second_scan_ratio(image, second_scan(surface), "exponential")
-        except ValueError as reason:
-            print(f"{name}, every {pixels}th pixel, refused: {reason}")
-            return np.nan, np.nan
-
-    pair = surface.contact.assign_pair(sphere_radius=how["radius"], materials="glass")
-    smooth = roughxr.statistics.smooth_pull_off(pair.assign_attrs(law="exponential"))
-    at_places = np.array(solved.get(f"{name}/truth", simulated))
-    truth = np.nanmean(at_places)
-    is_measured = how["kind"] != "self-affine"
-    out = []
-    for pixels in PIXELS if is_measured else SCORED:
-        shown = np.array(solved.get(f"{name}/{pixels}", simulated, pixels))
-        image = np.nanmean(shown)
-        scatter = np.nanstd(shown / image) / np.nanstd(at_places / truth)
-        factor = (np.nan, np.nan)
-        if pixels in SCORED and is_measured:
-            factor = solved.get(f"{name}/{pixels}/second", by_second_scan, pixels)
-        lowering = max(float(np.log(smooth / image)), 0.0)
-        out.append(
-            Row(pixels, 2 * pixels * pixel, end, lowering, float(np.log(truth / image)), *factor, float(scatter))
-        )
-    return out
+    pixels: int
+    noise: float  # nm
+    off: float  # ln(ratio of the second scan / truth over image)
+    error: float  # ln(estimate / truth)
+    below: float  # distances from the ends of the estimate's interval
+    above: float
+    one_scan: float  # width of the interval without the second scan, in ln
 
 
-class Constants(NamedTuple):
-    """The constants of the estimate."""
-
-    fall: float
-    missed: float  # 1/nm
-    scatter: float
-    least_second: float  # of a second scan
-    second: float
-
-    def factor(self, row):
-        """Return ln(factor) and its standard deviation for an image."""
-        part = 1 - row.end / row.longest
-        deviation = part * np.hypot(self.missed * row.longest, self.scatter * row.lowering)
-        return -self.fall * part * row.lowering, deviation
-
-    def second_error(self, row):
-        """Return the standard deviation of ln(factor) by a second scan."""
-        return np.hypot(row.error, np.hypot(self.least_second, self.second * row.lowering))
+def simulated(scan, places, radius, materials):
+    """Return the mean pull-off, and that of each place; None where the simulation refuses."""
+    pair = scan[["height"]].reset_coords(drop=True).contact.assign_pair(sphere_radius=radius, materials=materials)
+    try:
+        forces = roughxr.adhesive(pair, subregions=places).pull_off_force.values
+    except ValueError as reason:
+        return {"error": str(reason)}
+    return {"mean": float(np.nanmean(forces)), "each": forces.tolist()}
 
 
-def fitted(rows):
-    """Return the most likely constants of the images of some surfaces, each surface counted once.
+class Surface:
+    """A measured surface, its images and its results."""
 
-    The scatter is widened for the number of surfaces, as an interval of Student's t for another surface is.
-    """
-    wide = widening(len(rows))
+    def __init__(self, name, how, solved):
+        self.name = name
+        self.surface, self.end = true_surface(how)
+        self.pixel = float(self.surface.x[1] - self.surface.x[0])
+        self.places = roughxr.scans.regions.centres(picture(self.surface, 8), GRID)
+        self.solved = solved
 
-    def one_scan(parameters):
-        fall, *logs = parameters
-        return Constants(fall, *(wide * np.exp(logs)), np.nan, np.nan)
+    def mean(self, key, scan, radius=RADIUS, materials="glass", places=None):
+        """Return a mean pull-off, NaN where the simulation refuses; ``scan`` is a function that returns the scan."""
+        places = self.places if places is None else places
+        result = self.solved.get(f"{self.name}{key}", lambda: simulated(scan(), places, radius, materials))
+        return result.get("mean", np.nan)
 
-    def second_scan(parameters):
-        return Constants(np.nan, np.nan, np.nan, *(wide * np.exp(parameters)))
+    def rows(self, case="", radius=RADIUS, materials="glass"):
+        """Return the images."""
+        tag = f"@{case}" if case else ""
+        how = (radius, materials)
+        truth = self.mean(f"{tag}/truth", lambda: self.surface, *how)
+        out = []
+        for pixels in PIXELS:
+            image = self.mean(f"{tag}/{pixels}", lambda k=pixels: picture(self.surface, k), *how)
+            coarser = np.nan
+            if not case:
+                coarser = self.mean(f"/{pixels}/2", lambda k=pixels: every(picture(self.surface, k), 2), *how)
+            octaves = extrapolation.unseen_octaves(2 * pixels * self.pixel, self.end)
+            out.append(Row(pixels, octaves, float(np.log(truth / image)), float(np.log(image / coarser))))
+        return out
 
-    with_scan = most_likely(rows, one_scan, [0.3, *np.log([0.008, 0.4])], lambda constants, row: constants.factor(row))
-    start = np.log([0.15, 0.2])
-    second = most_likely(rows, second_scan, start, lambda constants, row: (row.second, constants.second_error(row)))
-    return with_scan._replace(least_second=second.least_second, second=second.second)
+    def second_rows(self):
+        """Return the images with a second scan."""
+        out = []
+        truth = self.mean("/truth", lambda: self.surface)
+        for noise in SECOND_NOISE:
+            finer = corner(self.surface, noise)
+            places = roughxr.scans.regions.centres(finer, GRID)
+            for pixels in WITH_SECOND if noise == NOISE else WITH_SECOND[:1]:
+                image = picture(self.surface, pixels)
+                paired = image.contact.assign_pair(sphere_radius=RADIUS, materials="glass")
+                try:
+                    second = second_scan(paired, finer)
+                except ValueError as reason:
+                    print(f"{self.name}, every {pixels}th pixel, refused: {reason}")
+                    continue
+                scans = {"": second.finer} | {
+                    f"/{pixels}/{phase}": shown for phase, shown in zip((0.25, 0.75), second.as_shown)
+                }
+                keys = [f"/second{noise}{key}" for key in scans]
+                for key, scan in zip(keys, scans.values()):
+                    self.mean(key, lambda scan=scan: scan, places=places)
+                results = [self.solved.results[self.name + key] for key in keys]
+                if any("error" in result for result in results):
+                    continue
+                fine, *shown = (np.array(result["each"], float).ravel() for result in results)
+                both = np.isfinite([fine, *shown]).all(axis=0)
+                ratio = float(np.log(fine[both].mean() / np.mean(shown, axis=0)[both].mean()))
+                log = np.log(truth / self.mean(f"/{pixels}", lambda scan=image: scan))
+                longest = 2 * pixels * self.pixel
+                with_second = extrapolation.second_scan_factor(ratio, longest, second.shown_wavelength, self.end)
+                alone = extrapolation.one_scan_factor(extrapolation.unseen_octaves(longest, self.end))
+                ends = with_second.below, with_second.above
+                out.append(
+                    SecondRow(pixels, noise, ratio - log, with_second.log - log, *ends, alone.below + alone.above)
+                )
+        return out
 
 
-def most_likely(rows, constants_of, start, estimate):
-    """Return the constants whose estimates of all images, ln(factor) and its deviation, are most likely.
+class Ends(NamedTuple):
+    """An interval of ln(truth / image)."""
 
-    The deviations of ``constants_of`` are widened; those of the likelihood are not.
-    """
-    wide = widening(len(rows))
-
-    def misfit(parameters):
-        constants = constants_of(parameters)
-        total = 0.0
-        for rows_of_surface in rows.values():
-            logs, deviations = np.transpose([estimate(constants, row) for row in rows_of_surface])
-            deviations = deviations / wide
-            off = (np.array([row.log for row in rows_of_surface]) - logs) / deviations
-            total += np.nanmean(np.log(deviations) + 0.5 * off**2)
-        return total
-
-    return constants_of(minimize(misfit, start, method="Nelder-Mead", options=TOLERANCE).x)
+    low: float
+    centre: float
+    high: float
 
 
 def widening(count):
@@ -275,88 +289,173 @@ def widening(count):
     return float(t.ppf(quantile, count - 1) / norm.ppf(quantile) * np.sqrt((count + 1) / (count - 1)))
 
 
-def estimates(rows, others):
-    """Return ln(estimate / truth) and its stated deviation, for each way and image of one surface.
-
-    The constants are set on the other surfaces.
-    """
-    constants = fitted(others)
-    logs = [
-        np.mean([row.log for row in rows_of_surface if row.pixels in SCORED]) for rows_of_surface in others.values()
-    ]
-    constant = np.mean(logs)
-    spread = np.std(logs) * widening(len(logs))
-    out = {"a constant": [], "one scan": [], "second scan": []}
-    for row in rows:
-        log, error = constants.factor(row)
-        out["a constant"].append((constant - row.log, spread))
-        out["one scan"].append((log - row.log, error))
-        if np.isnan(row.second):  # refused
-            continue
-        errors = np.array([error, constants.second_error(row)])
-        combined, deviation = (np.average(values, weights=errors**-2) for values in ([log, row.second], errors))
-        out["second scan"].append((combined - row.log, deviation))
-    return out
+def symmetric(logs):
+    """Return the ends by a normal distribution."""
+    half = norm.ppf(0.5 + CONFIDENCE / 2) * np.std(logs) * widening(len(logs))
+    return Ends(np.mean(logs) - half, np.mean(logs), np.mean(logs) + half)
 
 
-def scores(results):
-    """Return the scores of (surface, image) results (ln error, deviation), each surface counted once."""
-    columns = []
-    for result in results:
-        error, deviation = np.transpose(result)
-        half = norm.ppf(0.5 + CONFIDENCE / 2) * deviation
-        missed = np.maximum(np.abs(error) - half, 0.0)
-        inside = [np.mean(np.abs(error) < norm.ppf(0.5 + share / 2) * deviation) for share in (0.5, 0.8, 0.95)]
-        score = 2 * half + 2 / (1 - CONFIDENCE) * missed
-        columns.append([np.mean(error**2), np.mean(error), *inside, np.mean(half), np.mean(score)])
-    square, bias, *shares, half, score = np.mean(columns, axis=0)
-    return [np.sqrt(square), np.exp(bias), *shares, np.exp(half), score]
+def split_normal(logs):
+    """Return the ends by the most likely distribution of two half normals."""
+    logs = np.asarray(logs)
+
+    def misfit(parameters):
+        mode, below, above = parameters[0], *np.exp(parameters[1:])
+        return np.sum(np.log(below + above) + 0.5 * ((logs - mode) / np.where(logs < mode, below, above)) ** 2)
+
+    starts = ([mode, np.log(logs.std() + 0.05), np.log(0.1)] for mode in (logs.max(), np.median(logs), 0.0))
+    options = {"xatol": 1e-4, "fatol": 1e-6, "maxiter": 4000}
+    best = min(
+        (minimize(misfit, start, method="Nelder-Mead", options=options) for start in starts), key=lambda x: x.fun
+    )
+    mode = best.x[0]
+    below, above = np.exp(best.x[1:]) * widening(logs.size)
+    share = below / (below + above)
+
+    def quantile(p):
+        if p < share:
+            return mode + below * norm.ppf(0.5 * p / share)
+        return mode + above * norm.ppf(0.5 + 0.5 * (p - share) / (1 - share))
+
+    return Ends(*(quantile(p) for p in (0.5 - CONFIDENCE / 2, 0.5, 0.5 + CONFIDENCE / 2)))
 
 
-def print_scores(title, rows, training):
-    """Print a table of scores of some surfaces, the constants set on the others of the training maps."""
-    print(f"\n{len(rows)} {title}")
-    ratios = np.log([row.scatter for rows_of_surface in rows.values() for row in rows_of_surface])
-    mean, *ends = np.exp([ratios.mean(), *np.quantile(ratios, [0.1, 0.9])])
-    print(f"scatter over places, image / truth: {mean:.2f} (80 %: {ends[0]:.2f} … {ends[1]:.2f})")
-    print("estimate        rms of ln  bias  in 50 %  80 %  95 %  half width  interval score")
-    estimated = {name: estimates(rows[name], {k: v for k, v in training.items() if k != name}) for name in rows}
-    for way in ("a constant", "one scan", "second scan"):
-        results = [result[way] for result in estimated.values() if result[way]]
-        if not results:
-            continue
-        rms, bias, *shares, half, score = scores(results)
-        inside = "  ".join(f"{share:4.0%}" for share in shares)
-        print(f"{way:15s} {rms:9.2f}  {bias:4.2f}  {inside:>20s}  × {half:8.2f}  {score:14.2f}", flush=True)
+def on_series(rows, row):
+    """Return the ends about a regression on the pixel series."""
+    series, logs = np.array([(other.series, other.log) for other in rows]).T
+    slope, offset = np.polyfit(series, logs, 1)
+    centre = offset + slope * row.series
+    return Ends(*(centre + end for end in split_normal(logs - offset - slope * series)))
+
+
+def least_score(sizes, distances):
+    """Return the factor on sizes of least interval score for distances that lie outside beyond them."""
+    factors = np.unique(np.clip(distances / sizes, 0, None))
+    missed = np.maximum(distances[:, None] - sizes[:, None] * factors, 0.0).sum(axis=0)
+    return float(factors[np.argmin(sizes.sum() * factors + 2 / (1 - CONFIDENCE) * missed)])
+
+
+class Constants(NamedTuple):
+    """The ends of one scan by unseen octaves."""
+
+    centre: float  # for each octave
+    lowest: float  # for each octave
+    highest: float
+
+    def ends(self, row):
+        """Return the ends for an image."""
+        return Ends(self.lowest * row.octaves, self.centre * row.octaves, self.highest)
+
+
+def fitted(rows):
+    """Return the constants of images of some surfaces."""
+    octaves, logs = np.array([(row.octaves, row.log) for row in rows]).T  # of all images
+    centre = float((octaves * logs).sum() / (octaves**2).sum())
+    lowest = -HARDER * least_score(octaves, -logs)
+    return Constants(centre, lowest, HARDER * least_score(np.ones(logs.size), logs))
+
+
+def score(ends, log):
+    """Return the interval score."""
+    missed = max(ends.low - log, 0.0) + max(log - ends.high, 0.0)
+    return ends.high - ends.low + 2 / (1 - CONFIDENCE) * missed
+
+
+def print_one_scan(title, rows, training):
+    """Print the scores of one scan on some surfaces, with the numbers set on the others of the training maps."""
+    print(f"\nOne scan: {title}, {len(rows)}")
+    print("pixels  estimate                      rms of ln  inside  width  interval score")
+    for at, pixels in enumerate(PIXELS):
+        results = {}
+        for name, images in rows.items():
+            row = images[at]
+            all_others = [other for other_name, other in training.items() if other_name != name]
+            others = [images_of_other[at] for images_of_other in all_others]
+            logs = [other.log for other in others]
+            ways = {
+                "(a) a constant, symmetric": symmetric(logs),
+                "(b) two ends": split_normal(logs),
+                "(c) two ends, pixel series": on_series(others, row),
+                "unseen octaves": fitted(itertools.chain(*all_others)).ends(row),
+            }
+            for constant in (1.0, 0.65):
+                results.setdefault(f"{constant:g} of the image", []).append((np.log(constant) - row.log, *[np.nan] * 3))
+            for way, ends in ways.items():
+                inside = ends.low <= row.log <= ends.high
+                result = (ends.centre - row.log, inside, ends.high - ends.low, score(ends, row.log))
+                results.setdefault(way, []).append(result)
+        for way, values in results.items():
+            error, inside, width, total = np.transpose(values)
+            rms = np.sqrt(np.mean(error**2))
+            text = "" if np.isnan(inside).any() else f"{inside.sum():4.0f}  {width.mean():5.2f}  {total.mean():6.2f}"
+            print(f"{pixels:6d}  {way:28s}  {rms:9.2f}  {text}", flush=True)
+
+
+def print_second_scan(rows):
+    """Print the scores of the second scan."""
+    print("\nSecond scan, with the shipped constants")
+    print("pixels  noise nm  surfaces  rms of ln(ratio)  rms of ln(estimate)  inside  narrower than 0.8 × one scan")
+    for pixels, noise in {(row.pixels, row.noise): None for images in rows.values() for row in images}:
+        chosen = [row for images in rows.values() for row in images if (row.pixels, row.noise) == (pixels, noise)]
+        rms = [np.sqrt(np.mean([getattr(row, name) ** 2 for row in chosen])) for name in ("off", "error")]
+        inside = sum(-row.above <= row.error <= row.below for row in chosen)
+        narrower = sum(row.below + row.above <= 0.8 * row.one_scan for row in chosen)
+        print(f"{pixels:6d}  {noise:8g}  {len(chosen):8d}  {rms[0]:16.2f}  {rms[1]:19.2f}  {inside:6d}  {narrower:6d}")
 
 
 def main():
     warnings.simplefilter("ignore")
-    table = surfaces()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--surfaces", nargs="+", choices=table, default=list(table))
+    parser.add_argument("--surfaces", nargs="+", help="names of the list; default: all")
+    parser.add_argument("--maps", type=Path, default=MAPS, help="folder of the maps")
     parser.add_argument("--cache", type=Path, help="a file of solved maps")
+    parser.add_argument("--varied", action="store_true", help="other radii and another pair, too")
     arguments = parser.parse_args()
+    table = {name: how for name, how in surfaces(arguments.maps).items() if how["kind"] != "self-affine"}
+    names = [name for name in arguments.surfaces or table if obtained(table[name])]
     solved = Solved(arguments.cache)
     rows = {}
-    for name in arguments.surfaces:
-        rows[name] = rows_of(name, table[name], solved)
-    print("\nln(truth / image) at every 4th, 8th, 16th pixel; by a second scan, every 4th and 8th")
-    for name, rows_of_surface in rows.items():
-        logs = "  ".join(f"{row.log:6.2f}" for row in rows_of_surface)
-        print(
-            f"{name:22s} {logs}  | "
-            + "  ".join(f"{row.second:6.2f}" for row in rows_of_surface if row.pixels in SCORED)
-        )
-    training = {name: rows_of_surface for name, rows_of_surface in rows.items() if table[name]["kind"] == "AFM"}
-    if not training:
-        return
-    scored = {name: [row for row in rows_of_surface if row.pixels in SCORED] for name, rows_of_surface in rows.items()}
-    for kind in ("AFM", "optical", "self-affine"):
-        chosen = {name: rows_of_surface for name, rows_of_surface in scored.items() if table[name]["kind"] == kind}
-        if chosen:
-            print_scores(f"{kind} surfaces", chosen, training)
-    print("\nconstants of all AFM maps:", ", ".join(f"{k} {v:.2f}" for k, v in fitted(training)._asdict().items()))
+    second = {}
+    varied = {case: {} for case in PAIRS}
+    print("map                        kind     scale  end nm  ln(truth / image) at every 4th, 8th, 16th pixel")
+    for name in names:
+        surface = Surface(name, table[name], solved)
+        rows[name] = surface.rows()
+        second[name] = surface.second_rows()
+        for case, (radius, materials) in PAIRS.items():
+            if arguments.varied and name in VARIED:
+                varied[case][name] = surface.rows(case, radius, materials)
+        logs = "  ".join(f"{row.log:6.2f}" for row in rows[name])
+        scale = surface.surface.attrs["scale"]
+        print(f"{name:26s} {table[name]['kind']:7s}  {scale:.2g}  {surface.end:6.1f}  {logs}", flush=True)
+    training = {name: images for name, images in rows.items() if table[name]["kind"] == "AFM"}
+    is_native = {name: table[name]["scale"] == 1 or name == "grains" for name in rows}
+    optical = {name: images for name, images in rows.items() if name not in training}
+    print_one_scan("all AFM maps", training, training)
+    print_one_scan("native AFM maps", {name: training[name] for name in training if is_native[name]}, training)
+    print_one_scan("shrunk AFM maps", {name: training[name] for name in training if not is_native[name]}, training)
+    print_one_scan("optical maps", optical, training)
+    for case, images in varied.items():
+        if images:
+            print_varied(case, images, training)
+    print_second_scan({name: second[name] for name in training})
+    constants = ", ".join(
+        f"{name} {value:.2f}" for name, value in fitted(itertools.chain(*training.values()))._asdict().items()
+    )
+    print(f"\nconstants of all AFM maps: {constants}")
+
+
+def print_varied(case, rows, training):
+    """Print how many truths of another radius or pair lie inside the ends set on all other surfaces."""
+    inside = []
+    for name, images in rows.items():
+        others = (other for other_name, other in training.items() if other_name != name)
+        constants = fitted(itertools.chain(*others))
+        known = [row for row in images if np.isfinite(row.log)]
+        inside += [constants.ends(row).low <= row.log <= constants.ends(row).high for row in known]
+    rms = [np.sqrt(np.nanmean([images[at].log ** 2 for images in rows.values()])) for at in range(len(PIXELS))]
+    texts = "  ".join(f"{value:.2f}" for value in rms)
+    print(f"\n{case}: {sum(inside)} of {len(inside)} inside; rms of ln(truth / image) by pixels {texts}")
 
 
 if __name__ == "__main__":

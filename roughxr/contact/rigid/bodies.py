@@ -145,7 +145,7 @@ def _warn(out: xr.Dataset, options: Options) -> None:
     if share > 0.2:
         warn(
             f"rigid: a single cell at closest approach gives {min(share, 1):.0%} of the median pull-off, which "
-            "therefore depends on the size of the cells; set mesh=, or use a scan with add_fine_roughness",
+            "therefore depends on the size of the cells; set mesh=, or use a scan on finer pixels",
             UnresolvedContact,
         )
 

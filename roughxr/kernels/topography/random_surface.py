@@ -8,10 +8,6 @@ numbers may change between its versions.
 K-correlation model: C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H), flat at wavelengths above ℓ₀, self-affine below (Persson et
 al., J. Phys.: Condens. Matter 17 (2005) R1).
 
-Nested roughness: bands of half an octave of wavelengths, each a sum of Fourier modes h = Σ Re 2c exp(ikr) over half of
-the plane, with |c|² = C/P² in the mean, P the period of the band. Such a surface can be evaluated at any points, and
-bands of shorter wavelengths are added without a change of the longer ones.
-
 q    wavevector, nm⁻¹;  C₀ nm⁴;  ℓ₀ ``rolloff``, nm;  H ``hurst``, Hurst exponent
 """
 
@@ -19,9 +15,6 @@ import numpy as np
 
 #: The largest and smallest Hurst exponent of a self-affine surface.
 HURST = 0.0, 1.0
-
-#: Period of a band of nested roughness, in its longest wavelengths; ratio of its longest to its shortest wavelength.
-_PERIODS, _BAND = 32, 2.0**0.5
 
 
 def uniform(count, seed, stream):
@@ -97,55 +90,3 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     spread = gradient.T @ np.linalg.inv(solved.jac.T @ solved.jac) @ gradient
     H = hurst if hurst is not None else max(fitted[3], bounds[0])
     return np.array([np.exp(fitted[0] + level), np.exp(fitted[2]) * unit, H]), spread, 2.0 * solved.cost
-
-
-def lay_factor(kx, ky, lay):
-    """Return the power at wavevectors over its mean over all directions.
-
-    ``lay`` is the mean of exp(2iθ), weighted by power, over directions θ of wavevectors: 0 for an isotropic surface.
-    The factor is von Mises' distribution of 2θ, close to that of a self-affine surface stretched along one direction.
-    """
-    from scipy.special import i0
-
-    strength = min(abs(lay), 0.95)
-    sharp = strength * (2.0 - strength**2) / (1.0 - strength**2)
-    return np.exp(sharp * np.cos(2.0 * np.arctan2(ky, kx) - np.angle(lay))) / i0(sharp)
-
-
-def nested_roughness(x, y, spectrum, longest, shortest, seed):
-    """Return the heights (x, y), nm, of wavelengths from ``longest`` down to ``shortest`` at points x, y (nm).
-
-    ``spectrum`` returns C at wavevectors kx, ky. One seed is one surface, at any points; a smaller ``shortest`` adds
-    wavelengths and leaves the others unchanged.
-    """
-    out = np.zeros((x.size, y.size))
-    band = 0
-    while longest > shortest * (1.0 + 1e-9):
-        least = max(longest / _BAND, shortest)
-        amplitude, kx, ky = _band_modes(spectrum, longest, least, seed, band)
-        along_x = np.exp(1j * np.outer(x, kx))
-        along_y = np.exp(1j * np.outer(ky, y))
-        inner = along_x @ amplitude
-        out += inner.real @ along_y.real - inner.imag @ along_y.imag
-        longest = least
-        band += 1
-    return out
-
-
-def _band_modes(spectrum, longest, shortest, seed, band):
-    """Return the amplitudes 2c (kx, ky), nm, of one band, and its wavevectors, nm⁻¹."""
-    highest_mode = int(np.ceil(_PERIODS * _BAND))
-    unit = 2.0 * np.pi / (_PERIODS * longest)
-    kx = np.arange(highest_mode + 1)
-    ky = np.arange(-highest_mode, highest_mode + 1)
-    periods = np.hypot(kx[:, None], ky)
-    inside = (periods > _PERIODS) & (periods * shortest <= _PERIODS * longest * (1.0 + 1e-12))
-    inside &= (kx[:, None] > 0) | (ky > 0)
-    # stream of random numbers of the band of the longest wavelengths; shorter bands use the next streams
-    first_stream = 100
-    parts = normal((2, periods.size), seed, first_stream + band).reshape(2, *periods.shape)
-    amplitude = np.zeros(periods.shape, complex)
-    wavevectors = [unit * part[inside] for part in np.broadcast_arrays(kx[:, None], ky)]
-    root = np.sqrt(2.0 * spectrum(*wavevectors)) * unit / (2.0 * np.pi)
-    amplitude[inside] = root * (parts[0][inside] + 1j * parts[1][inside])
-    return amplitude, unit * kx, unit * ky
