@@ -54,6 +54,9 @@ PICTURES = {
         "radii = [125, 250, 500, 1000]\n"
         "scan.contact.vary(roughxr.pull_off_map, sphere_radius=radii, subregions=(5, 5)).contact.plot()"
     ),
+    "Pull-off over the pixel": (
+        "real = scan.contact.extrapolated(subregions=(4, 4), mesh=4, places=1)\nroughxr.figures.force_over_pixel(real)"
+    ),
     "Usual formulas": "scan.contact.formulas().contact.plot()",
     "Conditions of a solution": "scan.contact.direct(load=[1000], fields=True).contact.certificate().contact.plot()",
     "Predicted and measured quantiles": (

@@ -506,6 +506,12 @@ def error_entries():
     return xr.Dataset(entries | {"total_std": 0.03, "total_standard_error": 0.01}, {"entry": ["modulus", "tip"]})
 
 
+def over_pixels(size):
+    ends = {"pull_off_mean": 30.0 * size, "pull_off_low": 1.0 * size, "pull_off_high": 75.0 * size}
+    series = {"pull_off_on_pixels": ("pixel_size", size * np.array([58.0, 90.0, 105.0]))}
+    return xr.Dataset(series | ends, {"pixel_size": [19.5, 39.0, 78.0]})
+
+
 def over_velocity(last):
     fraction = (("friction_velocity", "time"), np.linspace(1, 0, 5)[:, None])
     coords = {"friction_velocity": np.geomspace(0.01, last, 5), "time": [1.0]}
@@ -546,6 +552,7 @@ FIGURES = {
     "distribution": lambda run, size: figures.distribution(force_of(size * np.arange(1.0, 20.0)), laws=["normal"]),
     "few": lambda run, size: figures.distribution(force_of(size * np.arange(1.0, 5.0))),
     "error_budget": lambda run, size: figures.error_budget(error_entries()),
+    "force_over_pixel": lambda run, size: figures.force_over_pixel(over_pixels(size)),
     "pressure": lambda run, size: figures.field_map(enlarged(run["solutions/contact"], size)),
     "field_map": lambda run, size: figures.field_map(enlarged(run["solutions/contact"], size), "displacement"),
     "fraction_remaining": lambda run, size: figures.fraction_remaining(over_velocity(0.02 * size)),
