@@ -13,7 +13,7 @@ from roughxr.scans import ImplausibleScan, synthetic
 from roughxr.studies import extrapolation
 from roughxr.studies.assumptions import CHANGES, noise_limit, range_deviation
 from roughxr.studies.extrapolation import one_scan_factor, pixel_series, real_pull_off, unseen_octaves, without_estimate
-from roughxr.studies.second_scan import second_scan
+from roughxr.studies.finer_scan import second_scan
 from roughxr.vocabulary.error_sources import SECOND_SCAN_NOISE, UNSEEN
 
 from .surfaces import as_measured

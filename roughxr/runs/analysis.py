@@ -33,7 +33,7 @@ from ..scans import level
 from ..scans.levelling import METHODS
 from ..specimen import Specimen, need_wide_scan, specimen_of
 from ..studies.extrapolation import refuse_synthetic
-from ..studies.second_scan import second_scan
+from ..studies.finer_scan import second_scan
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import JKR
 from ..vocabulary.refusal import Refusal

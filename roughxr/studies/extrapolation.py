@@ -44,7 +44,7 @@ from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 from ..vocabulary.units import Places, Quantity, positive, whole_number
 from .assumptions import CHANGES, noise_limit
-from .second_scan import SecondScan, second_scan
+from .finer_scan import SecondScan, second_scan
 from .uncertainty_budget import budget_of
 
 #: Change of ln(pull-off) by each octave of wavelengths that a scan does not show: centre, and lower end of 95 %.

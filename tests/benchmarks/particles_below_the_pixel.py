@@ -29,7 +29,7 @@ import roughxr
 from roughxr.scans import regions
 from roughxr.statistics.sampling import shares
 from roughxr.studies import extrapolation
-from roughxr.studies.second_scan import second_scan
+from roughxr.studies.finer_scan import second_scan
 
 #: Surfaces that are scored, and pixels of the truth in one of the image.
 CHOSEN = (*list(SELF_AFFINE)[:3], "grains", "rough", "di-1", "di-2", "di-4", "veeco", "film")

@@ -37,7 +37,7 @@ from scipy.stats import norm, t
 import roughxr
 from roughxr.scans import UnreadableScan
 from roughxr.studies import extrapolation
-from roughxr.studies.second_scan import second_scan
+from roughxr.studies.finer_scan import second_scan
 
 MAPS = Path(__file__).parents[3] / "shared" / "scans"
 LIST = Path(__file__).with_name("measured_surfaces.json")
