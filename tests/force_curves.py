@@ -168,9 +168,24 @@ SENSOR_SENSITIVITY = 80.0
 
 
 def write_nanoscope_curves(
-    path, cycles, *, dtype="<i4", bits=0, sensor=False, volume=False, capture=False, trigger=True, lacking=""
+    path,
+    cycles,
+    *,
+    dtype="<i4",
+    bits=0,
+    sensor=False,
+    volume=False,
+    capture=False,
+    trigger=True,
+    lacking="",
+    stopped=None,
+    finer=1,
 ):
-    """Write cycles as NanoScope's force curves: extension, then retraction, both from contact outwards."""
+    """Write cycles as NanoScope's force curves: extension, then retraction, both from contact outwards.
+
+    ``stopped`` is the number of samples of extensions that the trigger stopped, before filler; ``finer`` the ratio of
+    the image's lines to the curves'.
+    """
     heights, forces = (
         [part for branches in cycles for part in parts(branches)] for parts in (_outwards(0), _outwards(1))
     )
@@ -179,6 +194,8 @@ def write_nanoscope_curves(
     if sensor:
         channels.append(("ZSensor", "ZsensSens", np.concatenate(heights) / (SENSOR_SENSITIVITY * VOLTS_PER_COUNT)))
     size = cycles[0][0][0].size
+    if stopped is not None:
+        counts.reshape(-1, 2, size)[:, 0, stopped:] = -32768
     threshold = float(forces[0].max() - np.median(forces[0][-size // 4 :])) / (STIFFNESS * DEFLECTION_SENSITIVITY)
     ramp = np.ptp(heights[0]) / PIEZO_SENSITIVITY
     head = ["\\*Force file list", "\\Start context: FVOL" if volume else "\\Start context: FOL"]
@@ -189,19 +206,21 @@ def write_nanoscope_curves(
     head += ["\\Scan Size: 2000 nm", "\\Samps/line: 256"]
     head += [f"\\@Sens. DeflSens: V {DEFLECTION_SENSITIVITY} "]  # some versions leave out nm/V
     head += [f"\\@Sens. ZsensSens: V {SENSOR_SENSITIVITY} nm/V", "\\*Ciao force list"]
+    head += [f"\\force/line: {round(len(cycles) ** 0.5)}"] * (finer > 1)
     head += [f"\\Trigger mode: {'Relative' if trigger else 'Off'}"]
     head += [f"\\@4:Trig Threshold Deflection: V [Sens. DeflSens] ({VOLTS_PER_COUNT} V/LSB) {threshold:.6f} V"]
     offset = 8192
     for title, sensitivity, values in channels:
         length = values.size * np.dtype(dtype).itemsize
         head += ["\\*Ciao force image list", f"\\Data offset: {offset}", f"\\Data length: {length}", "\\Bytes/pixel: 2"]
-        head += [f"\\Samps/line: {size} {size}", f"\\Spring Constant: {STIFFNESS}"]
+        head += [f"\\Samps/line: {size} {stopped or size}", f"\\Spring Constant: {STIFFNESS}"]
+        head += [f"\\Samps/line, retrace: {size}"] * (stopped is not None)
         head += [f'\\@4:Image Data: S [{title}] "{title}"']
         head += [f"\\@4:Z scale: V [Sens. {sensitivity}] ({VOLTS_PER_COUNT} V/LSB) 2.500000 V"]
         head += [f"\\@4:Ramp Size: V [Sens. Zsens] (0.006713765 V/LSB) {ramp:.6f} V"]
         offset += length
     if volume or capture:
-        side = round(len(cycles) ** 0.5)
+        side = round(len(cycles) ** 0.5) * finer
         head += ["\\*Ciao image list", f"\\Samps/line: {side}", f"\\Number of lines: {side}", "\\Scan Size: 2 2 ~m"]
     text = "\r\n".join(line for line in head if not (lacking and lacking in line)) + "\r\n\\*File list end\r\n\x1a"
     samples = b"".join(np.round(values).astype(dtype).tobytes() for _, _, values in channels)

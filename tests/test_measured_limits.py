@@ -30,7 +30,7 @@ def test_a_step_is_found_on_slow_drift_and_none_without_a_pull(drift, period):
 
 
 def test_the_contact_ends_within_the_height_of_the_drift():
-    """Where the contact is as high as a crest of 0.15 nN above a trough, 170 samples earlier; or later, never far out."""
+    """Up to 170 samples early, where a contact of 0.15 nN is no higher than a crest; or late, never far out."""
     curves = soft_retractions(np.random.default_rng(5), np.zeros(20), 0.15, 4000.0)
     ends = np.array([contact_end(force) for force in curves.force.values])
     assert ((ends > CONTACT - 180) & (ends <= 1200)).all()

@@ -213,11 +213,19 @@ class _Quantity(NamedTuple):
 
 
 def _heights(
-    path: Path, sensor: dict[str, str] | None, values: dict[str, str], count: int, sizes: tuple[int, int]
+    path: Path,
+    sensor: dict[str, str] | None,
+    values: dict[str, str],
+    count: int,
+    sizes: tuple[int, int],
+    stored_size: int,
 ) -> _Quantity:
     """Return the heights of all curves in m: those of a sensor, else of the ramp."""
     if sensor is None:
         ramp = (_sine_heights if _is_peak_force(values) else _ramp_heights)(values, sizes)
+        extension, retraction = np.split(ramp, [sizes[0]])
+        filler = np.full(max(stored_size // 2 - sizes[0], 0) if stored_size > ramp.size else 0, np.nan)
+        ramp = np.concatenate([extension, filler, retraction])
         return _Quantity(np.broadcast_to(ramp, (count, ramp.size)), 1.0)
     measured = _stored(path, sensor, count, sum(sizes))
     metres = _nanoscope_calibration(values, measured.sensitivity).get("sensitivity", np.nan)
@@ -241,8 +249,11 @@ def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     stored = _stored(path, deflection, count, sum(sizes))
     bits = _fractional_bits(stored, sizes, header) if stored.counts.itemsize == 4 else 0
     metadata = _nanoscope_calibration(values, stored.sensitivity) | known
-    heights = _heights(path, sensor, values, count, sizes)
-    in_time = np.r_[sizes[0] - 1 : -1 : -1, sizes[0] : sum(sizes)]
+    heights = _heights(path, sensor, values, count, sizes, stored.counts.shape[1])
+    # a branch that stopped at the trigger is filled up to half of the stored samples
+    size = stored.counts.shape[1]
+    retraction = size // 2 if size > sum(sizes) else sizes[0]
+    in_time = np.r_[sizes[0] - 1 : -1 : -1, retraction : retraction + sizes[1]]
 
     def columns(number: int) -> dict[str, np.ndarray]:
         newtons = stored.factor / 2**bits * metadata["sensitivity"] * metadata["spring constant"]
@@ -287,9 +298,10 @@ def _curve_count(header: dict[str, str], scans: list[dict[str, str]]) -> int:
     is_volume = "volume" in header.get("operating mode", "").lower() or header.get("start context") == "FVOL"
     if not (is_volume or _is_peak_force(header)):
         return 1
-    if scans:
-        return int(scans[0]["samps/line"].split()[0]) * int(scans[0]["number of lines"])
-    return int(header["force/line"].split()[0]) ** 2
+    per_line = header.get("force/line", "").split()
+    if per_line and int(per_line[0]) > 0 and not _is_peak_force(header):  # the image may be finer
+        return int(per_line[0]) ** 2
+    return int(scans[0]["samps/line"].split()[0]) * int(scans[0]["number of lines"])
 
 
 def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Quantity:
@@ -303,7 +315,9 @@ def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Qua
         raise Refusal("", f"{count} × {samples} integers with a scale in V/LSB", f"{width} bytes for each")
     if path.stat().st_size < offset + samples * count * width:
         raise Refusal("", f"{samples * count} samples", "a shorter file: cut short?")
-    counts = np.memmap(path, f"<i{width}", "r", offset, (count, samples))
+    stored = int(image["data length"]) // (width * count)  # with filler
+    stored = stored if path.stat().st_size >= offset + stored * count * width else samples
+    counts = np.memmap(path, f"<i{width}", "r", offset, (count, stored))
     return _Quantity(counts, float(scale["lsb"]), scale["quantity"] or "")
 
 
@@ -334,7 +348,8 @@ def _ramp_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
     if ramp is None or sensitivity is None:
         raise Refusal("", "the size of the ramp and the sensitivity of the piezo", "none")
     length = float(ramp["value"]) * float(sensitivity["value"]) * 1e-9
-    return np.concatenate([np.linspace(0.0, length, size) for size in sizes])
+    step = length / max(max(sizes) - 1, 1)
+    return np.concatenate([step * np.arange(size) for size in sizes])
 
 
 def _sine_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
@@ -357,7 +372,7 @@ def _place(number: int, count: int, header: dict[str, str], scans: list[dict[str
     scan_size = (scans[0] if scans else header).get("scan size", "").replace("~", "µ").split()
     if len(scan_size) < 2 or scan_size[-1] not in _SIZES or not float(scan_size[0]) > 0:
         return {}
-    columns = int(scans[0]["samps/line"].split()[0]) if scans else round(count**0.5)
+    columns = int(scans[0]["samps/line"].split()[0]) if _is_peak_force(header) else round(count**0.5)
     pixel = float(scan_size[0]) * _SIZES[scan_size[-1]] / columns
     row, column = divmod(number, columns)
     return {"position x": (column + 0.5) * pixel, "position y": (row + 0.5) * pixel}

@@ -114,10 +114,10 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
         known; ``work_of_separation``
         (nN nm), done by the piezo against the adhesion force; ``largest_rupture`` (nN) and ``ruptures``, the largest
         sudden loss of tension and their number, which need no baseline; ``detection_limit`` (nN), the smallest pull
-        that would be detected in the curve, or less where the pull is more than four times as large; ``force_noise`` (nN); ``contact_point`` (nm),
-        the piezo's travel at zero force; ``contact_slope`` (nN/nm), in the upper half of the contact;
-        ``baseline_offset`` (nN) at the contact point and ``baseline_tilt`` (nN/nm), of the line to subtract from the
-        recorded force; ``reason``, why a curve has no pull-off, which is then NaN.
+        that would be detected in the curve, or less where the pull is more than four times as large;
+        ``force_noise`` (nN); ``contact_point`` (nm), the piezo's travel at zero force; ``contact_slope`` (nN/nm), in
+        the upper half of the contact; ``baseline_offset`` (nN) at the contact point and ``baseline_tilt`` (nN/nm), of
+        the line to subtract from the recorded force; ``reason``, why a curve has no pull-off, which is then NaN.
 
     Warns
     -----

@@ -146,23 +146,33 @@ def smallest_detected_pull(
     largest = float(np.ptp(force))
     limit = noise
     for foot in contact + (_PLACES * (force.size - contact)).astype(int):
-
-        def is_detected(size: float) -> bool:
-            length = _contact_samples(force, contact, size)
-            growth = (np.arange(length) + 0.5) / length  # the jump lies between two samples
-            pulled = force.copy()
-            pulled[max(foot - length, 0) : foot] -= size * growth[-foot:]
-            at = detected_at(pulled)
-            return at is not None and abs(foot - at) <= max(length, force.size // 100)
-
-        if is_detected(limit):
+        if _is_detected(force, contact, noise, foot, limit, detected_at):
             continue
         low = limit
         limit = largest
         while limit > _RESOLUTION * low:
             middle = np.sqrt(low * limit)
-            low, limit = (low, middle) if is_detected(middle) else (middle, limit)
+            detected = _is_detected(force, contact, noise, foot, middle, detected_at)
+            low, limit = (low, middle) if detected else (middle, limit)
     return limit
+
+
+def _is_detected(
+    force: np.ndarray,
+    contact: int,
+    noise: float,
+    foot: int,
+    size: float,
+    detected_at: Callable[[np.ndarray], int | None],
+) -> bool:
+    """Return whether a pull of a size that ends before sample ``foot`` is detected there."""
+    visible = max(size, 5 * noise)  # in the noise
+    length = max(round(_contact_samples(force, contact, visible) * size / visible), 1)
+    growth = (np.arange(length) + 0.5) / length  # the jump lies between two samples
+    pulled = force.copy()
+    pulled[max(foot - length, 0) : foot] -= size * growth[-foot:]
+    at = detected_at(pulled)
+    return at is not None and abs(foot - at) <= max(length, force.size // 100)
 
 
 def _contact_samples(force: np.ndarray, contact: int, size: float) -> int:

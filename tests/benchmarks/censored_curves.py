@@ -6,8 +6,8 @@ Retractions with white noise and exponential or log-normal pulls, of which 0, 30
 limit. For each: the share of trials whose interval contains the true mean, by bounds and by the likelihood with
 censoring; the median interval of each, and the mean of the measured forces alone, over the true mean; and the number of
 trials with too few measured forces for a likelihood. Then soft curves with drift (``--soft``): its amplitude, the
-share of maps whose likelihood, and whose bounds, contain the map's mean, the shares of pulls that are detected, of these
-within two standard errors, and of limits that hold, and the median limit over the noise.
+share of maps whose likelihood, and whose bounds, contain the map's mean, the shares of pulls that are detected, of
+these within two standard errors, and of limits that hold, and the median limit over the noise.
 """
 
 import argparse
