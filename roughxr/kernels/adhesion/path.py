@@ -27,6 +27,9 @@ _PRELOAD_TOLERANCE = 1e-3
 #: A body that holds less than this times the force that pressed it is not pressed again.
 _AS_HARD = 1.5
 
+#: Energy of a jump on loading that changes what the body holds, over the largest tension times the step.
+_LEAST_JUMP = 0.02
+
 
 class Path(NamedTuple):
     """The states of one cycle in order, and its outcome."""
@@ -169,7 +172,8 @@ class _Loading(Stepper):
 
     def accept(self, solved, prescribed):
         """Append a state, which becomes the present state."""
-        self.has_jumped |= not self._is_smooth(solved)
+        least = _LEAST_JUMP * self.largest * self.step
+        self.has_jumped |= self.has_dissipated(solved) and self._freed_energy(solved) > least
         super().accept(solved, prescribed)
 
     def load(self, goal):
