@@ -128,7 +128,8 @@ def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, t
     printed = capsys.readouterr().out
     held = report.run_moments(run, "adhesive")
     critical = held.contact.critical_load(shear_strength="5 MPa")
-    middle, low, high = re.search(r"median (\S+) m/s \(95 % interval, all known errors (\S+) … (\S+) m/s\)", printed).groups()
+    of_median = r"median (\S+) m/s \(95 % interval, all known errors (\S+) … (\S+) m/s\)"
+    middle, low, high = re.search(of_median, printed).groups()
     median = by_share(critical.critical_friction_velocity).quantile(0.5)
     assert float(middle) == pytest.approx(float(median), rel=0.05)
     assert (
