@@ -92,7 +92,8 @@ def command(arguments, cache=None, limit=None, package=None):
     stage_shown = ""
     line = ""
     streams = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
-    process = subprocess.Popen([python, *arguments], env=environment, text=True, **streams)
+    # elsewhere than in a checkout, which ``-c`` would import before any other
+    process = subprocess.Popen([python, *arguments], env=environment, text=True, cwd=tempfile.gettempdir(), **streams)
     alarm = threading.Timer(limit or threading.TIMEOUT_MAX, process.send_signal, [signal.SIGINT])
     alarm.daemon = True
     alarm.start()
