@@ -182,7 +182,8 @@ def test_the_critical_flow_has_one_interval_at_all_doors(written, run, capsys):
     name = "critical_friction_velocity"
     summary = report.run_summary(run)
     ends = [float(summary[part]) for part in (name, f"{name}_low", f"{name}_high")]
-    assert ends[1] < ends[0] < ends[2] and f"median {numbers.with_interval(*ends, 'm/s')};" in capsys.readouterr().out
+    interval = numbers.with_interval(*ends, "m/s", name="95 % interval, all known errors")
+    assert ends[1] < ends[0] < ends[2] and f"median {interval};" in capsys.readouterr().out
     column = report.tables(run)["Detachment in a flow of air"]["extrapolated"]
     shown = column[[f"{end} end of the median's 95 % interval, all known errors [m/s]" for end in ("lower", "upper")]]
     np.testing.assert_allclose(shown, ends[1:])
