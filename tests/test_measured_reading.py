@@ -424,3 +424,36 @@ def test_a_heading_costs_time_in_proportion_to_its_length(name, tmp_path):
     with contextlib.suppress(UnreadableScan):
         roughxr.open_pull_off(written(tmp_path, f"{HEADINGS[name](100_000)}\n1,2\n3,4\n"))
     assert time.process_time() - begun < 3
+
+
+def test_a_workbook_is_one_in_any_order_of_its_members(tmp_path):
+    """As other programs write them: sheets first; 4000 values, so that no other name is in the first bytes."""
+    pytest.importorskip("openpyxl", reason="workbooks need openpyxl")
+    forces = np.random.default_rng(0).uniform(1, 20, 4000)
+    pd.DataFrame({"Adhesion force (nN)": forces}).to_excel(tmp_path / "a.xlsx", index=False)
+    with zipfile.ZipFile(tmp_path / "a.xlsx") as archive, zipfile.ZipFile(tmp_path / "b.xlsx", "w") as turned:
+        for name in sorted(archive.namelist(), key=lambda name: not name.startswith("xl/worksheets")):
+            turned.writestr(name, archive.read(name))
+    np.testing.assert_allclose(roughxr.open_pull_off(tmp_path / "b.xlsx").pull_off_force, forces)
+
+
+@pytest.mark.parametrize("load", ["max_force (nN)", "setpoint_force (nN)", "Peak Force [nN]", "Trigger force [nN]"])
+def test_a_load_is_no_pull_off(tmp_path, load):
+    beside = roughxr.open_pull_off(written(tmp_path, f"curve,{load},force [nN]\na,10,1.2\nb,10,1.3\nc,10,1.1\n"))
+    assert beside.pull_off_force.values.tolist() == [1.2, 1.3, 1.1]
+    with pytest.raises(UnreadableScan, match="expected one column of pull-off forces, found none"):
+        roughxr.open_pull_off(written(tmp_path, f"curve,{load}\na,10\nb,11\nc,10\n"))
+
+
+def test_conditions_with_one_row_each_are_conditions(tmp_path, capsys):
+    path = written(tmp_path, "humidity [%],adhesion [nN]\n10,12.5\n40,15.1\n70,24.2\n")
+    measured = roughxr.open_pull_off(path)
+    assert measured.condition.values.tolist() == [10, 40, 70]
+    assert main(["measured", str(path)]) == 0
+    printed = capsys.readouterr().out
+    assert "humidity [%]: 40\npull-off force: 15.1 nN" in printed and "values: 3 of 3" in printed
+
+
+def test_a_column_of_samples_is_no_force(tmp_path):
+    path = written(tmp_path, "Sample,F\n1,12.5\n1,9.1\n2,14.2\n")
+    assert roughxr.open_pull_off(path, units="nN").pull_off_force.values.tolist() == [12.5, 9.1, 14.2]

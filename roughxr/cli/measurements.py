@@ -49,6 +49,7 @@ def describe(options: Namespace) -> None:
     ds = measurement(options.file, options)
     print_attributes(ds)
     print(f"places: {'known' if 'subregion_x' in ds.coords else 'not known'}")
+    print(f"values: {int(ds['pull_off_force'].count())} of {ds['pull_off_force'].size} rows, curves or pixels")
     if "reason" in ds:
         _print_curves(ds, "used")
     bounds = sample_bounds(ds, "pull_off_force")
@@ -62,6 +63,9 @@ def describe(options: Namespace) -> None:
     elif low.size and CONDITION in ds.coords:
         for value, part in ds.groupby(CONDITION):
             print(f"\n{ds.attrs[CONDITION]}: {value:g}")
+            if part.sizes["subregion"] == 1:
+                print(f"pull-off force: {float(part['pull_off_force'][0]):.4g} nN")
+                continue
             _print_statistics(statistics.bootstrap(part, "pull_off_force"))
     elif low.size:
         _print_statistics(statistics.bootstrap(ds, "pull_off_force"))

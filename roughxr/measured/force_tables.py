@@ -46,6 +46,11 @@ _SUMMARY = re.compile(
     re.IGNORECASE,
 )
 
+#: Columns of loads, which press: no pull-offs.
+_LOAD = re.compile(
+    r"load|set[\s_-]?point|trigger|threshold|(?:^|[\s_])(?:max|maximum|peak|applied)(?:$|[\s_])", re.IGNORECASE
+)
+
 #: Columns of conditions that a measurement may vary.
 _SWEPT = re.compile(
     r"(?:^|[\s_])((?:pre)?load|set[\s_-]?point|humidity|rh|diameter|radius|temperature|dwell|contact time|"
@@ -94,9 +99,11 @@ def read_table(path: Path, pull_offs: bool = False) -> list[Column]:
 
 
 def is_spreadsheet(path: Path) -> bool:
-    """Return whether a file is an Excel workbook, by its first bytes."""
-    head = first_bytes(path, 4096)
-    return head.startswith(b"PK") and any(name in head for name in (b"[Content_Types].xml", b"_rels/", b"docProps/"))
+    """Return whether a file is an Excel workbook, by the names of its members in any order."""
+    if not first_bytes(path, 4).startswith(b"PK") or not zipfile.is_zipfile(path):
+        return False
+    with zipfile.ZipFile(path) as archive:
+        return any(name.startswith("xl/") for name in archive.namelist())
 
 
 def _read_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
@@ -241,11 +248,15 @@ def _is_row_number(column: Column) -> bool:
 
 
 def swept_column(columns: list[Column], force: Column) -> Column | None:
-    """Return the column of a condition of which each value has several pull-offs, None without one."""
+    """Return the column of a condition with several values that differ by more than errors, None without one."""
     for column in columns:
         values = column.values[np.isfinite(column.values)]
         is_condition = column is not force and _SWEPT.search(column.name.strip())
-        if is_condition and 1 < np.unique(values).size <= values.size / 2:
+        if not is_condition or values.size < 2:
+            continue
+        repeats = 1 < np.unique(values).size <= values.size / 2
+        # ratio of conditions that differ, one row each; a recorded load differs by its noise
+        if repeats or 0 < 1.5 * values.min() < values.max():
             return column
     return None
 
@@ -259,7 +270,9 @@ def _named(columns: list[Column], name: str) -> list[Column]:
 
 def _likely_forces(columns: list[Column]) -> list[Column]:
     """Return candidate columns of forces: by units, else by names, else all except places and indices."""
-    others = [column for column in columns if not (_axis(column) or column.name.lower() in ("index", "subregion"))]
+    no_forces = ("index", "subregion", "sample")
+    others = [column for column in columns if not (_axis(column) or column.name.strip().lower() in no_forces)]
+    others = [column for column in others if _ADHESION.search(column.name) or not _LOAD.search(column.name)]
     forces = [column for column in others if converts(column.units, "nN")]
     if forces:
         named_alike = [column for column in forces if column.name == "pull_off_force"]
