@@ -51,8 +51,24 @@ def test_lines_for_lammps_can_be_included_where_the_atoms_exist(pulls):
 
 def test_what_cannot_be_handed_over_is_refused(pulls):
     with pytest.raises(
-        ValueError, match=r"code: expected one of lammps, rock_n_roll, found .*; for other codes write the table"
+        ValueError, match=r"code: expected one of lammps, liggghts, rock_n_roll, found .*; for other codes write"
     ):
         particles.to_dem(pulls, code="lamps")
     classes = particles.to_dem(pulls.isel(subregion=slice(3)), code="lammps")  # as many classes as there are places
     assert "group class3 " in classes and "group class4 " not in classes
+
+
+@pytest.mark.parametrize("young_modulus", [None, 0.1])
+def test_the_energy_density_of_liggghts_gives_the_pull_off_of_its_published_force(pulls, young_modulus):
+    """Hertz less k times the area of the spheres' intersection, drawn over all overlaps."""
+    text = particles.to_dem(pulls, code="liggghts", classes=1, young_modulus=young_modulus)
+    density = numbers(r"cohesion1 equal (\S+)", text)[0]
+    modulus = 40e9 if young_modulus is None else 0.1e9 / (2 * (1 - 0.3**2))
+    radius = RADIUS * 1e-9
+    overlap = (np.pi * density / modulus) ** 2 * radius * np.linspace(0, 4, 4001)
+    area = np.pi * (2 * radius * overlap - overlap**2)
+    force = 4 / 3 * modulus * np.sqrt(radius) * overlap**1.5 - density * area
+    assert -force.min() * 1e9 == pytest.approx(PULLS.mean(), rel=1e-3)
+    work = 2 * PULLS / (3 * np.pi * RADIUS)
+    assert numbers(r"mean (\S+) J/m", text)[0] == pytest.approx(work.mean(), rel=1e-4)
+    assert numbers(r"deviation (\S+) J/m", text)[0] == pytest.approx(work.std(ddof=1), rel=0.1)

@@ -18,7 +18,7 @@ from . import config
 from .words import number
 
 #: Codes of `to_dem`, loads of `critical_load`, and its fluids.
-PARTICLE_CODES = ("lammps", "rock_n_roll")
+PARTICLE_CODES = ("lammps", "liggghts", "rock_n_roll")
 CAUSES = ("wall_shear", "tilt", "centrifuge", "vibration")
 FLUIDS = ("air", "water")
 

@@ -11,7 +11,7 @@ from ..statistics import cdf, reduction, smooth_pull_off
 from ..statistics.sampling import by_share, shares, standard_deviation
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.units import fraction, whole_number
+from ..vocabulary.units import Quantity, fraction, positive, whole_number
 from .adhesion_parameters import parameters
 from .force_balance import places_in_words, refuse_varied, scope_words
 
@@ -19,18 +19,27 @@ from .force_balance import places_in_words, refuse_varied, scope_words
 _NEWTON, _METRE, _PASCAL = 1e-9, 1e-9, 1e9
 
 #: A code with one adhesion for each particle type, and one that reads the distribution.
-LAMMPS, TABLE = CODES = ("lammps", "rock_n_roll")
+LAMMPS, LIGGGHTS, TABLE = CODES = ("lammps", "liggghts", "rock_n_roll")
 
 
-def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float = 0.3) -> str:
+def to_dem(
+    ds: xr.Dataset,
+    *,
+    code: str,
+    classes: int = 5,
+    poisson_ratio: float = 0.3,
+    young_modulus: Quantity | None = None,
+) -> str:
     """Return the adhesion of these places as input of a discrete-element code or a resuspension model.
 
     Parameters
     ----------
     ds : Dataset
         A pull-off with its pair, or a result of `rolling`, which also gives the coefficient of rolling friction.
-    code : {"lammps", "rock_n_roll"}
-        "lammps": fix wall/gran granular jkr. "rock_n_roll": a table (CSV) of the distribution:
+    code : {"lammps", "liggghts", "rock_n_roll"}
+        "lammps": fix wall/gran granular jkr. "liggghts": the cohesion energy density of its model sjkr for a sphere of
+        this radius on a wall, and the mean and standard deviation of the work of adhesion, 2 F / (3 π R), for codes
+        that draw it from a distribution. "rock_n_roll": a table (CSV) of the distribution:
         ``force_nN`` (ascending), ``cdf``, ``force_over_smooth`` (over that of the same sphere on a smooth flat), and
         from `rolling` ``lever_over_radius``, the mean over directions, for use in place of the usual 1/100, and from
         the simulation ``lever_error``, relative to it. Places without adhesion are only counted; those without a lever
@@ -39,7 +48,9 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
         For "lammps": particle types of equal share among which the places are divided, by their pull-off; at most one
         for each place. 1: all alike, with the mean pull-off. Any number keeps the mean; more keep the spread.
     poisson_ratio : float
-        Of both bodies, for "lammps", which needs Young's modulus, E = 2(1 − ν²)E*.
+        Of both bodies, for codes that need Young's modulus, E = 2(1 − ν²)E*.
+    young_modulus : number or quantity, optional
+        For "liggghts": of both bodies in the simulation, GPa, where it is softer than the pair.
 
     Returns
     -------
@@ -52,6 +63,12 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     -----
     In LAMMPS, run with these lines, the pull-off force of a particle agrees within 1e-5 (``tests/benchmarks/
     dem_codes.py``). For other codes take `parameters`.
+
+    LIGGGHTS's sjkr adds the tension k A to Hertz' force, with the energy density k and the area of the intersection, on
+    a wall A = π(2Rδ − δ²) at an overlap δ (manual, "gran cohesion sjkr"). The tension is largest where
+    k = E*√(Rδ)/(π(R − δ)), and the overlap is the one whose tension is the pull-off force; for δ ≪ R
+    k = (3 F E*²/(2π³R²))^(1/3). So k depends on the modulus and the radius of the simulation. sjkr2, with 4πRδ, takes
+    half of it.
 
     Examples
     --------
@@ -76,7 +93,11 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     share = shares(force).values / shares(force).values.sum()
     below, sums = (np.append(0.0, np.cumsum(values)) for values in (share, share * force.values))
     means = count * np.diff(np.interp(np.arange(count + 1) / count, below, sums))  # of whole and cut places
-    lines = _lammps_lines(ds, means.tolist(), fraction(poisson_ratio, "poisson_ratio"))
+    poisson_ratio = fraction(poisson_ratio, "poisson_ratio")
+    if code == LIGGGHTS:
+        lines = _liggghts_lines(ds, force, means.tolist(), poisson_ratio, young_modulus)
+    else:
+        lines = _lammps_lines(ds, means.tolist(), poisson_ratio)
     return "\n".join([*(f"# {line}" for line in _header(ds, force)), *lines]) + "\n"
 
 
@@ -125,6 +146,40 @@ def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> 
         ]
     if friction:
         lines.append("# rolling sds takes k_roll, gamma_roll (yours to choose; 0 here) and mu_roll, the moment at rest")
+    return lines
+
+
+def _sjkr_excess(strain: float, pull_off: float) -> float:
+    """Return sjkr's largest tension at an overlap less a pull-off force, over E*R²."""
+    return np.sqrt(strain) * (2 * strain - strain**2) / (1 - strain) - 4 / 3 * strain**1.5 - pull_off
+
+
+def _liggghts_lines(
+    ds: xr.Dataset, force: xr.DataArray, means: list[float], poisson_ratio: float, young_modulus: Quantity | None
+) -> list[str]:
+    if schema.is_coated(ds):
+        raise Refusal("code", "'liggghts' for bodies without a layer", "a layer", "take the table of parameters")
+    radius = float(ds["sphere_radius"]) * _METRE
+    if young_modulus is None:
+        modulus = read_pair(ds, "contact_modulus").contact_modulus * _PASCAL
+    else:
+        modulus = positive(young_modulus, "GPa", "young_modulus") * _PASCAL / (2 * (1 - poisson_ratio**2))
+    work = force * 2 / (3 * np.pi * radius)
+    from scipy.optimize import brentq
+
+    lines = [
+        f"# sjkr at E* = {modulus:.4g} Pa and R = {radius:.4g} m; about (3 F E*^2 / (2 pi^3 R^2))^(1/3)",
+        f"# work of adhesion 2 F / (3 pi R): mean {float(by_share(work).mean()):.5g} J/m^2, standard deviation "
+        f"{float(standard_deviation(work)):.3g} J/m^2; 4C takes its mean and variance",
+    ]
+    for k, mean in enumerate(means, 1):
+        strain = brentq(_sjkr_excess, 0.0, 0.99, args=(mean / (modulus * radius**2),), xtol=1e-15)
+        overlap = strain * radius
+        density = modulus * np.sqrt(strain) / (np.pi * (1 - strain))
+        lines.append(
+            f"# class {k}, {1 / len(means):.4g} of the particles: pull-off {mean:.5g} N, overlap {overlap:.3g} m"
+        )
+        lines.append(f"variable cohesion{k} equal {density:.6g}  # J/m^3, for property/global cohesionEnergyDensity")
     return lines
 
 
