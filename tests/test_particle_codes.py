@@ -69,6 +69,6 @@ def test_the_energy_density_of_liggghts_gives_the_pull_off_of_its_published_forc
     area = np.pi * (2 * radius * overlap - overlap**2)
     force = 4 / 3 * modulus * np.sqrt(radius) * overlap**1.5 - density * area
     assert -force.min() * 1e9 == pytest.approx(PULLS.mean(), rel=1e-3)
-    work = 2 * PULLS / (3 * np.pi * RADIUS)
-    assert numbers(r"mean (\S+) J/m", text)[0] == pytest.approx(work.mean(), rel=1e-4)
-    assert numbers(r"deviation (\S+) J/m", text)[0] == pytest.approx(work.std(ddof=1), rel=0.1)
+    energy = PULLS / (4 * np.pi * RADIUS)
+    assert numbers(r"mean (\S+) J/m", text)[0] == pytest.approx(energy.mean(), rel=1e-4)
+    assert numbers(r"deviation (\S+) J/m", text)[0] == pytest.approx(energy.std(ddof=1), rel=0.1)

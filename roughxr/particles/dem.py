@@ -38,8 +38,8 @@ def to_dem(
         A pull-off with its pair, or a result of `rolling`, which also gives the coefficient of rolling friction.
     code : {"lammps", "liggghts", "rock_n_roll"}
         "lammps": fix wall/gran granular jkr. "liggghts": the cohesion energy density of its model sjkr for a sphere of
-        this radius on a wall, and the mean and standard deviation of the work of adhesion, 2 F / (3 π R), for codes
-        that draw it from a distribution. "rock_n_roll": a table (CSV) of the distribution:
+        this radius on a wall; and the mean and standard deviation of the surface energy, F / (4πR), half the work of
+        adhesion, as 4C draws it from a distribution (its pull-off force is 4πRγ). "rock_n_roll": a table (CSV) of the distribution:
         ``force_nN`` (ascending), ``cdf``, ``force_over_smooth`` (over that of the same sphere on a smooth flat), and
         from `rolling` ``lever_over_radius``, the mean over directions, for use in place of the usual 1/100, and from
         the simulation ``lever_error``, relative to it. Places without adhesion are only counted; those without a lever
@@ -164,13 +164,13 @@ def _liggghts_lines(
         modulus = read_pair(ds, "contact_modulus").contact_modulus * _PASCAL
     else:
         modulus = positive(young_modulus, "GPa", "young_modulus") * _PASCAL / (2 * (1 - poisson_ratio**2))
-    work = force * 2 / (3 * np.pi * radius)
+    energy = force / (4 * np.pi * radius)  # 4C's pull-off force is 4πRγ
     from scipy.optimize import brentq
 
     lines = [
         f"# sjkr at E* = {modulus:.4g} Pa and R = {radius:.4g} m; about (3 F E*^2 / (2 pi^3 R^2))^(1/3)",
-        f"# work of adhesion 2 F / (3 pi R): mean {float(by_share(work).mean()):.5g} J/m^2, standard deviation "
-        f"{float(standard_deviation(work)):.3g} J/m^2; 4C takes its mean and variance",
+        f"# 4C's surface energy F / (4 pi R), half the work of adhesion: mean {float(by_share(energy).mean()):.5g} J/m^2,",
+        f"# standard deviation {float(standard_deviation(energy)):.3g} J/m^2",
     ]
     for k, mean in enumerate(means, 1):
         strain = brentq(_sjkr_excess, 0.0, 0.99, args=(mean / (modulus * radius**2),), xtol=1e-15)
