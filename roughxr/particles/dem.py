@@ -39,7 +39,8 @@ def to_dem(
     code : {"lammps", "liggghts", "rock_n_roll"}
         "lammps": fix wall/gran granular jkr. "liggghts": the cohesion energy density of its model sjkr for a sphere of
         this radius on a wall; and the mean and standard deviation of the surface energy, F / (4πR), half the work of
-        adhesion, as 4C draws it from a distribution (its pull-off force is 4πRγ). "rock_n_roll": a table (CSV) of the distribution:
+        adhesion, as 4C draws it from a distribution (its pull-off force is 4πRγ).
+        "rock_n_roll": a table (CSV) of the distribution:
         ``force_nN`` (ascending), ``cdf``, ``force_over_smooth`` (over that of the same sphere on a smooth flat), and
         from `rolling` ``lever_over_radius``, the mean over directions, for use in place of the usual 1/100, and from
         the simulation ``lever_error``, relative to it. Places without adhesion are only counted; those without a lever
@@ -169,7 +170,8 @@ def _liggghts_lines(
 
     lines = [
         f"# sjkr at E* = {modulus:.4g} Pa and R = {radius:.4g} m; about (3 F E*^2 / (2 pi^3 R^2))^(1/3)",
-        f"# 4C's surface energy F / (4 pi R), half the work of adhesion: mean {float(by_share(energy).mean()):.5g} J/m^2,",
+        "# 4C's surface energy F / (4 pi R), half the work of adhesion, over places:",
+        f"# mean {float(by_share(energy).mean()):.5g} J/m^2,",
         f"# standard deviation {float(standard_deviation(energy)):.3g} J/m^2",
     ]
     for k, mean in enumerate(means, 1):
