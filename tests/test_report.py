@@ -482,7 +482,7 @@ def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
         "Pull-off force of the real surface: 6.0 nN (95 % interval 4.0 … 9.0 nN, all known errors, given the law of "
         "attraction)"
     )
-    assert "; × 0.120 (0.089 … 0.160, as on" in headline
+    assert "; × 0.12 (0.089 … 0.16, as on" in headline
     assert (
         "by roughness finer than 40 nm, which the scan does not show; × 0.85 … 1.2 by the pair of bodies." in headline
     )

@@ -256,7 +256,8 @@ def headline(summary: xr.Dataset) -> str:
 def _real_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
     """Return the pull-off of the real surface, and what it is made of."""
     unit, size = prefixed(value["best_estimate"])
-    best, *ends = (significant(value[f"best_{end}"] / size) for end in ("estimate", "low", "high"))
+    best = _printed_best(value)
+    ends = [significant(value[f"best_{end}"] / size) for end in ("low", "high")]
     errors = "without the errors of the pair of bodies"
     if np.isfinite(value["pair_error"]):
         errors = "all known errors, given the law of attraction"  # of which no error is known
@@ -282,12 +283,20 @@ def _unseen_words(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     return f"× {factor} ({ends}, {UNSEEN_WORDS[source]}) by {finer}, which the scan does not show"
 
 
+def _printed_best(value: Mapping[str, float]) -> str:
+    """Return the best estimate to two digits, in its prefixed unit, to three where two are off by more than 2 %."""
+    _, size = prefixed(value["best_estimate"])
+    best = value["best_estimate"] / size
+    text = significant(best)
+    return text if abs(float(text) / best - 1) < 0.02 else significant(best, 3)
+
+
 def _printed_factor(value: Mapping[str, float]) -> str:
     """Return the factor of unseen roughness with as many digits as the printed numbers need to multiply within 3 %."""
     _, size = prefixed(value["pull_off_force"])
     scanned, _ = value_and_interval(value["pull_off_force"], value["low"], value["high"])
     _, best_size = prefixed(value["best_estimate"])
-    best = float(significant(value["best_estimate"] / best_size)) * best_size
+    best = float(_printed_best(value)) * best_size
     texts = [significant(value["roughness_factor"], digits) for digits in (2, 3, 4)]
     printed = size * float(scanned.partition(" ")[0])
     return next((text for text in texts if abs(printed * float(text) / best - 1) < 0.03), texts[0])

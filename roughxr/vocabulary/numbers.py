@@ -43,12 +43,9 @@ def _format_finite(value: float, digits: int) -> str:
 
 
 def significant(value: SupportsFloat, digits: int = 2) -> str:
-    """Return a number to some significant digits with the zeros among them, and one more digit if the first is a 1."""
+    """Return a number to some significant digits with the zeros among them."""
     value = float(value)
-    mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
-    if mantissa.startswith("1"):
-        mantissa, _, power = f"{value:.{digits}e}".partition("e")
-        digits += 1
+    power = f"{value:.{digits - 1}e}".partition("e")[2]
     if not math.isfinite(value) or not _PLAIN_RANGE[0] <= abs(value) < _PLAIN_RANGE[1]:
         return number(value, digits=digits)
     return f"{value:.{max(digits - 1 - int(power), 0)}f}"
