@@ -39,7 +39,7 @@ def force_over_pixel(ds: xr.Dataset, *, ax: Axes | None = None):
     error = [[best - low], [high - best]]
     ax.errorbar([below], [best], error, fmt="s", color=VERMILION, capsize=3, label="real surface, 95 %")
     ax.set(xscale="log", yscale="log")
-    ax.set_xticks([below, *pixels], ["0", *(f"{pixel:.3g}" for pixel in pixels)])
+    ax.set_xticks(pixels, [f"{pixel:.4g}" for pixel in pixels])
     ax.set_xticks([], minor=True)
     log_ticks(ax.yaxis)
     label_axis(ax.yaxis, "pull_off_force")
