@@ -38,6 +38,7 @@ import roughxr
 from roughxr.scans import UnreadableScan
 from roughxr.studies import extrapolation
 from roughxr.studies.finer_scan import second_scan
+from roughxr.vocabulary.error_sources import SECOND_SCAN_PIXEL
 
 MAPS = Path(__file__).parents[3] / "shared" / "scans"
 LIST = Path(__file__).with_name("measured_surfaces.json")
@@ -193,7 +194,9 @@ class SecondRow(NamedTuple):
     error: float  # ln(estimate / truth)
     below: float  # distances from the ends of the estimate's interval
     above: float
-    one_scan: float  # width of the interval without the second scan, in ln
+    width: float  # of the interval of the factor at the default end, in ln
+    promised: float  # the same as promised before
+    one_scan: float  # the same without the second scan
 
 
 def simulated(scan, places, radius, materials):
@@ -267,11 +270,17 @@ class Surface:
                 log = np.log(truth / self.mean(f"/{pixels}", lambda scan=image: scan))
                 longest = 2 * pixels * self.pixel
                 with_second = extrapolation.second_scan_factor(ratio, longest, second.shown_wavelength, self.end)
-                alone = extrapolation.one_scan_factor(extrapolation.unseen_octaves(longest, self.end))
                 ends = with_second.below, with_second.above
-                out.append(
-                    SecondRow(pixels, noise, ratio - log, with_second.log - log, *ends, alone.below + alone.above)
-                )
+                default = [longest, second.shown_wavelength, extrapolation._SHORTEST_WAVELENGTH]
+                widths = [
+                    end.below + end.above
+                    for end in (
+                        extrapolation.second_scan_factor(ratio, *default),
+                        extrapolation.second_scan_factor(0.0, longest, 2 * SECOND_SCAN_PIXEL, default[-1]),
+                        extrapolation.one_scan_factor(extrapolation.unseen_octaves(longest, default[-1])),
+                    )
+                ]
+                out.append(SecondRow(pixels, noise, ratio - log, with_second.log - log, *ends, *widths))
         return out
 
 
@@ -394,13 +403,18 @@ def print_one_scan(title, rows, training):
 def print_second_scan(rows):
     """Print the scores of the second scan."""
     print("\nSecond scan, with the shipped constants")
-    print("pixels  noise nm  surfaces  rms of ln(ratio)  rms of ln(estimate)  inside  narrower than 0.8 × one scan")
+    print(
+        "pixels  noise nm  surfaces  rms of ln(ratio)  rms of ln(estimate)  inside  as promised  below 0.8 × one scan"
+    )
     for pixels, noise in {(row.pixels, row.noise): None for images in rows.values() for row in images}:
         chosen = [row for images in rows.values() for row in images if (row.pixels, row.noise) == (pixels, noise)]
         rms = [np.sqrt(np.mean([getattr(row, name) ** 2 for row in chosen])) for name in ("off", "error")]
         inside = sum(-row.above <= row.error <= row.below for row in chosen)
-        narrower = sum(row.below + row.above <= 0.8 * row.one_scan for row in chosen)
-        print(f"{pixels:6d}  {noise:8g}  {len(chosen):8d}  {rms[0]:16.2f}  {rms[1]:19.2f}  {inside:6d}  {narrower:6d}")
+        narrower = sum(row.width <= 0.8 * row.one_scan for row in chosen)
+        promised = sum(abs(row.promised / row.width - 1) <= 0.1 for row in chosen)
+        print(
+            f"{pixels:6d}  {noise:8g}  {len(chosen):8d}  {rms[0]:16.2f}  {rms[1]:8.2f}  {inside:6d}  {promised:11d}  {narrower:6d}"
+        )
 
 
 def main():
