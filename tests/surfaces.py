@@ -6,7 +6,9 @@ from unittest.mock import patch
 import numpy as np
 import xarray as xr
 
+from roughxr import scans
 from roughxr.bodies.pair import assign_pair
+from roughxr.contact.rigid.bodies import rigid
 from roughxr.kernels.halfspace.separation import PROFILES
 
 
@@ -41,6 +43,14 @@ def scan(height, pixel=9.77, **attrs):
 def as_measured(ds):
     """Return a synthetic surface as a measured one, whose real surface is estimated."""
     return ds.assign_attrs(synthetic="no")
+
+
+def rigid_pull_off(ds, wave, *, law="exponential", subregions=(1, 1)):
+    """Return the mean pull-off (nN) of rigid bodies on a scan without wavelengths below ``wave`` (nm)."""
+    pixel = float(ds.x[1] - ds.x[0])
+    cells = int(np.ceil(max(8 * pixel / wave, pixel)))  # of 1 nm at most
+    smooth = scans.smooth(ds, shortest=wave)
+    return float(rigid(smooth, subregions=subregions, delta=[0.0], law=law, mesh=cells).pull_off_force.mean())
 
 
 def rotated(ds):

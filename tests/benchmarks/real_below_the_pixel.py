@@ -412,9 +412,8 @@ def print_second_scan(rows):
         inside = sum(-row.above <= row.error <= row.below for row in chosen)
         narrower = sum(row.width <= 0.8 * row.one_scan for row in chosen)
         promised = sum(abs(row.promised / row.width - 1) <= 0.1 for row in chosen)
-        print(
-            f"{pixels:6d}  {noise:8g}  {len(chosen):8d}  {rms[0]:16.2f}  {rms[1]:8.2f}  {inside:6d}  {promised:11d}  {narrower:6d}"
-        )
+        errors = f"{rms[0]:16.2f}  {rms[1]:8.2f}"
+        print(f"{pixels:6d}  {noise:8g}  {len(chosen):8d}  {errors}  {inside:6d}  {promised:11d}  {narrower:6d}")
 
 
 def main():
