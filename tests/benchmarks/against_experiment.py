@@ -473,13 +473,16 @@ def strongest_inputs(inputs, values, count=2):
     )
 
 
-def compared(draws=None, quick=False, only=""):
+def named(part):
+    """Return the experiments with this in their names."""
+    return tuple(experiment for experiment in EXPERIMENTS if part in experiment.name)
+
+
+def compared(draws=None, quick=False, experiments=EXPERIMENTS):
     """Return a table of what is stated and what is predicted, one row for each fact."""
     rows = []
-    for stream, experiment in enumerate(EXPERIMENTS):
-        if only not in experiment.name:
-            continue
-        inputs, values = predicted(experiment, draws, quick, stream)
+    for experiment in experiments:
+        inputs, values = predicted(experiment, draws, quick, EXPERIMENTS.index(experiment))
         for fact, column in zip(experiment.stated, values.T):
             low, middle, high = np.nanquantile(column, (0.025, 0.5, 0.975))
             verdict = fact.judged(low, high)
@@ -533,7 +536,7 @@ def main():
         for wave, power in zip(2 * np.pi / film.wavevector.values, film.psd.values):
             print(f"    ({wave:.4g}, {power:.3g}),")
         return
-    table = compared(options.draws, options.quick, options.only)
+    table = compared(options.draws, options.quick, named(options.only))
     with pd.option_context("display.width", 220, "display.max_columns", 20):
         print(table.round(3).to_string())
     if options.picture:
