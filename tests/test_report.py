@@ -450,6 +450,18 @@ def test_the_legend_of_the_overview_has_the_unit_of_its_axis(run):
     assert drawn.get_xlabel().endswith("[µN]") and "0.8 µN (0.2 … 2.7 µN)" in legend and "nN" not in legend
 
 
+def test_the_panels_of_the_overview_are_of_one_height_and_the_legend_states_a_wide_interval(run):
+    best = xr.Dataset({"pull_off_mean": 290.0, "pull_off_low": 13.0, "pull_off_high": 780.0})
+    figure = figures.overview(run | {"statistics/extrapolated": best})
+    figure.draw_without_rendering()
+    heights = [ax.get_window_extent().height for ax in figure.axes[:3]]
+    assert heights == pytest.approx([heights[0]] * 3, rel=0.01)
+    pull_offs = figure.axes[2]
+    legend = pull_offs.get_legend()
+    assert "0.29 µN (0.013 … 0.78 µN)" in " ".join(text.get_text() for text in legend.get_texts())
+    assert pull_offs.get_window_extent().y0 < legend.get_window_extent().y0
+
+
 def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
     places = {"subregion_x": ("subregion", [1.0, 1.0, 2.0]), "subregion_y": ("subregion", [1.0, 2.0, 1.0])}
     whole = xr.Dataset({"pull_off_force": ("subregion", [40.0, 50.0, 60.0])}, places)

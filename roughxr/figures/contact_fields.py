@@ -75,13 +75,13 @@ def field_map(
 
 
 def _show_contact(ax, contact: xr.Dataset, extent: tuple[float, float, float, float]):
-    """Limit the Axes to a square 1.5 times as wide as the contact, within the data; all of them without contact."""
+    """Limit the Axes to a square 1.2 times as wide as the contact, within the data; all of them without contact."""
     inside = contact["pressure"].notnull()
     if not bool(inside.any()):
         return
     ends = [[float(getattr(contact[axis].where(inside), end)()) for end in ("min", "max")] for axis in ("x", "y")]
     # least width of the drawn square, in cells
-    half = 0.75 * max(max(high - low for low, high in ends), 12 * (extent[1] - extent[0]) / inside.sizes["x"])
+    half = 0.6 * max(max(high - low for low, high in ends), 12 * (extent[1] - extent[0]) / inside.sizes["x"])
     limits = []
     for (low, high), first, last in zip(ends, extent[::2], extent[1::2]):
         middle = 0.5 * (low + high)
