@@ -7,7 +7,6 @@ from scipy.optimize import minimize
 
 from roughxr.kernels.adhesion import traction_laws as laws
 from roughxr.kernels.adhesion.path import follow_path
-from roughxr.kernels.adhesion.steps import AT_DISPLACEMENTS
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import DENSE_LIMIT, surface_displacement
 
@@ -147,7 +146,7 @@ def test_without_adhesion_it_presses_as_the_elastic_contact():
 def test_every_state_is_an_equilibrium(law):
     separation = rough(4)
     deltas = np.array([0.5, 1.0])
-    (path,) = follow(separation, deltas, law, fields=AT_DISPLACEMENTS)
+    (path,) = follow(separation, deltas, law, fields=True)
     asked = path.states[path.states["prescribed"] > 0]
     assert len(asked) == len(path.pressures) == 4
     assert path.states["converged"].all()
@@ -231,7 +230,7 @@ def test_a_long_contact_may_lie_along_either_axis(law):
     y = np.arange(132) - 65.7
     separation = x[:, None] ** 2 / 50 + y**2 / 800
     orientations = separation, separation.T.copy()
-    (along_x,), (along_y,) = (follow(turned, [0.5], law, fields=AT_DISPLACEMENTS) for turned in orientations)
+    (along_x,), (along_y,) = (follow(turned, [0.5], law, fields=True) for turned in orientations)
     assert along_x.states["converged"].all() and along_y.states["converged"].all()
     assert np.count_nonzero(along_x.pressures[0]) > DENSE_LIMIT
     assert along_x.states["force"].min() == pytest.approx(along_y.states["force"].min(), rel=1e-3)

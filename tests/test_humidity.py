@@ -16,9 +16,7 @@ from roughxr.kernels.adhesion import rigid as kernels
 from roughxr.kernels.asperity import maugis
 from roughxr.kernels.topography.interpolation import splined
 from roughxr.particles.resting_places import resting
-from roughxr.particles.simulated_moments import simulated_moments
 from roughxr.scans import regions
-from roughxr.specimen import specimen_of
 
 from .closed_forms import maugis_pull_off, sphere_attraction
 from .surfaces import bare_runs, paraboloids, rigid_pull_off, rough, scan
@@ -375,10 +373,9 @@ def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
         )
 
 
-def solved_moments(ds, places, **directions):
+def solved_moments(ds, places, *, directions):
     """Return the resisting moments of a simulation at these places."""
-    solved = ds.contact.adhesive(preload=0.0, subregions=places, mesh=2)
-    return simulated_moments(specimen_of(ds), solved, **directions)
+    return ds.contact.adhesive(subregions=places, mesh=2, directions=directions).contact.rolling()
 
 
 def test_a_wet_sphere_rolls_off_slides_or_lifts(humid):

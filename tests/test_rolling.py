@@ -9,8 +9,6 @@ from scipy.optimize import minimize_scalar
 import roughxr
 from roughxr.asperity import moments
 from roughxr.kernels.asperity import jkr, maugis
-from roughxr.particles.simulated_moments import simulated_moments
-from roughxr.specimen import specimen_of
 
 from .surfaces import glass_pair, paraboloids, rough, scan
 from .test_identities import places
@@ -184,8 +182,8 @@ def test_states_of_the_simulation_hold_a_jkr_spheres_moment(pixel, cells, error)
 def simulated_levers(ds, law, cells):
     """Return the moments of the simulation at the middle of a scan, from the pull-off on one mesh."""
     middle = ([float(ds.x.mean())], [float(ds.y.mean())])
-    solved = ds.contact.adhesive(subregions=middle, law=law, mesh=roughxr.Mesh(cells, accuracy=None))
-    return simulated_moments(specimen_of(ds), solved)
+    mesh = roughxr.Mesh(cells, accuracy=None)
+    return ds.contact.adhesive(subregions=middle, law=law, mesh=mesh, directions=24).contact.rolling()
 
 
 def bump(pixel, *, part=(0.0, 0.0), half=30.0, radius=100.0, modulus=40.0, work=0.06, **pair):
@@ -259,12 +257,13 @@ def test_an_even_load_on_cells_resists_as_on_the_area_that_they_cover():
     """A line of n cells that pull with P each: about the front of a single cell, P times the radius of its disc."""
     cell = 4.0
     pull = 3.0
+    angles = [0.0, np.pi / 2]
     for n in (1, 3):
-        x = cell * np.arange(n)[:, None]
-        pressure = np.full((n, 1), -pull)
+        push = np.full((n, 1), -pull)
+        footprint = moments.footprint(push, push < 0, cell * np.arange(n), np.zeros(1), cell, angles)
         resisting = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(2)
         radius = cell / np.sqrt(np.pi)
-        moments._include_state(pressure, pressure < 0, x, 0 * x, radius, [0.0, np.pi / 2], 0.0, resisting)
+        moments._include_state(footprint, angles, 0.0, resisting)
         along = quad(lambda u: u, 0.0, n * cell)[0] * pull / cell  # squares end to end, about the end of the line
         front = radius * n ** (-1 / 6)
         expected = [along + n * pull * (front - cell / 2), n * pull * front]

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from roughxr.kernels.adhesion.path import CONVERGED, follow_path
-from roughxr.kernels.adhesion.steps import AT_DISPLACEMENTS
 from roughxr.kernels.adhesion.traction_laws import smooth_law
 from roughxr.kernels.halfspace import products
 
@@ -29,7 +28,7 @@ def gap(rows, columns):
 def solutions(rows, columns):
     """Return what an adhesive cycle, a sweep of displacements and a yielding load give, as bytes."""
     separation = gap(rows, columns)
-    (path,) = follow_path(separation, np.array([0.0]), 2.0, LAW, preloads=[0.0], fields=AT_DISPLACEMENTS)
+    (path,) = follow_path(separation, np.array([0.0]), 2.0, LAW, preloads=[0.0], fields=True)
     assert path.status == CONVERGED
     pressed = kalker.sweep_arrays(separation, [1.0, 2.0], 1.0, 1.0, keep=2)
     loaded = kalker.loaded_arrays(separation, [5.0], 1.0, 1.0, hardness=kalker.Hardness(0.1), keep=1)

@@ -7,7 +7,6 @@ from scipy.optimize import brentq
 from roughxr.kernels.adhesion import path as path
 from roughxr.kernels.adhesion import states as smooth_states
 from roughxr.kernels.adhesion import traction_laws as smooth_laws
-from roughxr.kernels.adhesion.steps import AT_DISPLACEMENTS
 from roughxr.kernels.halfspace.love import love_coefficients
 
 HEIGHT = 0.7
@@ -55,7 +54,7 @@ def test_cells_under_a_smooth_law_balance_its_traction(name, places, monkeypatch
     law = smooth_laws.smooth_law(**{name: (w, 0.8)})
     separation = window(places)
     with np.errstate(invalid="ignore"):  # uncompiled it would warn of what is NaN and not used: directions to nowhere
-        (followed,) = path.follow_path(separation, DELTAS, 0.1, law, fields=AT_DISPLACEMENTS)
+        (followed,) = path.follow_path(separation, DELTAS, 0.1, law, fields=True)
     pressures, gaps = np.transpose([smooth_cell(d - HEIGHT, law, compliance(places)) for d in DELTAS])
     work = np.array([smooth_laws.remaining_work(gap, law) for gap in gaps])
     energies = 0.5 * pressures * (DELTAS - HEIGHT + gaps) - work
@@ -87,7 +86,7 @@ def test_cells_under_a_smooth_law_yield_as_they_do_under_any(places):
     separation = window(places)
     deltas = DELTAS[-4:]
     with np.errstate(invalid="ignore"):
-        (followed,) = path.follow_path(separation, deltas, 0.5, law, cap=cap, limit=cap, fields=AT_DISPLACEMENTS)
+        (followed,) = path.follow_path(separation, deltas, 0.5, law, cap=cap, limit=cap, fields=True)
     dent = deltas[-1] - HEIGHT - sinks * cap
     states = followed.states[followed.states["prescribed"] > 0]
     after = [smooth_cell(d - HEIGHT - dent, law, sinks)[0] for d in deltas[::-1]]

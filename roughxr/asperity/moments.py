@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -39,6 +40,16 @@ _EVENTS: dict[str, type] = {
 _SIMULATED_STATES: dict[str, type] = {"contacts": int, "lever_error": float, "mesh": int}
 _ASPERITY_STATES = {"rest_delta": float, "contacts": int, "truncated": bool}
 
+#: Variables of a solution of `adhesive` with directions, and their names in a result of `rolling`.
+KEPT = {
+    **{name: name for name in _STATES},
+    **{f"{end}_{kind}": f"{end}_{kind}" for end in ("weakest", "stiffest") for kind in ("direction", "ties")},
+    "contacts": "contacts",
+    "lever_error": "lever_error",
+    "lever_mesh": "mesh",
+    "rest_contact_area": "contact_area",
+}
+
 #: Why a number is missing, by the kind of input.
 MISSING = {
     "superpose": "NaN where nothing is in contact under this force, nothing adheres or no resting position exists",
@@ -56,7 +67,7 @@ _EQUAL_MOMENTS = 1e-6
 def rolling(
     ds: xr.Dataset,
     *,
-    directions: Quantities = 24,
+    directions: Quantities | None = None,
     normal_force: Quantity = 0.0,
     subregions: Places = None,
 ) -> xr.Dataset:
@@ -64,17 +75,18 @@ def rolling(
 
     From a scan or a catalogue: the sphere rests on its asperities under ``normal_force``, then turns as a rigid body
     about the foremost edge of its contact, and the asperities behind detach one after the other, by JKR's law. From a
-    solution by `adhesive` or `rigid` with fields: the largest moment about the foremost cell in contact over the states
-    of the retraction, in which the sphere does not turn. Cells of `rigid` within 1.25 of its law's length are in
-    contact.
+    solution by `adhesive` with directions, or by `adhesive` or `rigid` with fields: the largest moment about the
+    foremost cell in contact over the states of the retraction, in which the sphere does not turn. Cells of `rigid`
+    within 1.25 of its law's length are in contact.
 
     Parameters
     ----------
     ds : Dataset
-        A scan or an asperity catalogue with an assigned dry pair, or a solution by `adhesive` or `rigid` with
-        ``fields=True``.
-    directions : int or array_like
-        Directions of rolling: a number of them, spaced evenly, or angles from x towards y, rad.
+        A scan or an asperity catalogue with an assigned dry pair, or a solution: by `adhesive` with ``directions``,
+        of all states and with errors of the levers, or by `adhesive` or `rigid` with ``fields=True``.
+    directions : int or array_like, optional
+        Directions of rolling: a number of them, spaced evenly, or angles from x towards y, rad; by default 24, or those
+        of the solution.
     normal_force : number or quantity
         Force on the sphere's axis as it begins to roll, nN, positive towards the surface; for example its weight. It
         must be positive without adhesion.
@@ -93,8 +105,8 @@ def rolling(
         ``pull_off_delta`` (nm), ``contact_area`` (nm², at rest), ``contacts`` (at rest: asperities, or patches of the
         simulation two pixels or more apart). For asperities also ``rest_delta`` (nm from the highest peak) and
         ``truncated``; for a simulation ``mesh`` and ``lever_error``, the relative error of the lever in any
-        direction over the mean of all. It is known if several meshes were solved, as in runs. NaN without contact or if
-        not ``converged``, as the attribute ``missing`` explains. Lazy if the scan is.
+        direction over the mean of all. It is known from `adhesive` with directions, as in runs. NaN without contact or
+        if not ``converged``, as the attribute ``missing`` explains. Lazy if the scan is.
 
     Raises
     ------
@@ -125,9 +137,12 @@ def rolling(
     (('subregion', 'direction'), 'nN nm')
     """
     ds = schema.entered_dataset(ds)
-    count = whole_number(directions, "directions", least=1) if is_whole(directions) else 0
-    angles = 2 * np.pi * np.arange(count) / count if count else schema.ascending(directions, "rad", "directions")
     push = float(magnitude(normal_force, "nN", "normal_force"))
+    if "lever_error" in ds and "lever_mesh" in ds:
+        if directions is not None or subregions is not None or push != 0:
+            raise Refusal("", "no directions, places and normal force beside those of the solution", "some")
+        return _kept_moments(ds)
+    angles = read_directions(24 if directions is None else directions)
     is_solution = "force" in ds or "pull_off_force" in ds
     if is_solution and "height" not in ds:
         if subregions is not None:
@@ -154,6 +169,26 @@ def rolling(
     if isinstance(subregions, xr.Dataset) and "supports" in subregions and not spread.is_lazy(out):
         _warn_of_lost_supports(float(out["contacts"].mean()), float(subregions["supports"].mean()))
     return out
+
+
+def read_directions(directions: Quantities) -> np.ndarray:
+    """Return directions of rolling (rad), ascending; a number of them is spaced evenly."""
+    if not is_whole(directions):
+        return schema.ascending(directions, "rad", "directions")
+    count = whole_number(directions, "directions", least=1)
+    return 2 * np.pi * np.arange(count) / count
+
+
+def _kept_moments(ds: xr.Dataset) -> xr.Dataset:
+    """Return the moments that a solution of `adhesive` contains."""
+    moments = ds[[*KEPT, "pull_off_force", "pull_off_delta", "converged"]]
+    arguments = {"directions": ds["direction"].values, "normal_force": 0.0}
+    return _labelled_moments(moments.rename(KEPT), ds, "adhesive", arguments)
+
+
+def without_moments(ds: xr.Dataset) -> xr.Dataset:
+    """Return a solution of `adhesive` without its moments."""
+    return ds.drop_vars([*KEPT, "direction"], errors="ignore")
 
 
 def _warn_of_lost_supports(contacts: float, supports: float) -> None:
@@ -254,16 +289,51 @@ def weakest(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return equal.argmax(axis=-1), equal.sum(axis=-1) > 1
 
 
-class States(NamedTuple):
-    """The states of one place's retraction; fields along (state, x, y)."""
+class Footprint(NamedTuple):
+    """One state's contact and pressures, as far as moments depend on them."""
 
-    x: np.ndarray  # nm, cell centres from the contact centre
-    y: np.ndarray
-    pressure: np.ndarray  # GPa
-    touching: np.ndarray
+    touching: np.ndarray  # (x, y)
+    push: float  # nN, the sum over all cells
+    push_x: float  # nN nm, the sum of push times x
+    push_y: float  # nN nm
+    edges: np.ndarray  # (direction,) nm, distance of the foremost edge; -inf without contact
+
+    def moved(self, x: float, y: float, angles: np.ndarray) -> Footprint:
+        """Return the footprint with x and y (nm) added to the places of all cells."""
+        return Footprint(
+            self.touching,
+            self.push,
+            self.push_x + x * self.push,
+            self.push_y + y * self.push,
+            self.edges + x * np.cos(angles) + y * np.sin(angles),
+        )
+
+
+class States(NamedTuple):
+    """The states of one place's retraction."""
+
+    footprints: Sequence[Footprint]
     force: np.ndarray  # nN
     area: np.ndarray  # nm²
     refine: int  # cells along a side of a pixel
+
+
+def footprint(push: np.ndarray, touching: np.ndarray, x: np.ndarray, y: np.ndarray, side, angles) -> Footprint:
+    """Return the footprint of pushes (nN) on cells of a side (nm) at x and y (nm), in some directions (rad).
+
+    The front of a patch of n cells lies beyond its foremost cell's centre by the radius of a disc of the cell's area,
+    over n^(1/6): a disc in any position on the cells then has its radius on average, within 1 %.
+    """
+    from scipy.ndimage import label
+
+    edges = np.full(np.shape(angles), -np.inf)
+    rows, columns = np.nonzero(touching)
+    if rows.size:
+        patch = label(touching, np.ones((3, 3)))[0][rows, columns]
+        beyond = side / np.sqrt(np.pi) * np.bincount(patch)[patch] ** (-1 / 6)
+        edges = (np.outer(np.cos(angles), x[rows]) + np.outer(np.sin(angles), y[columns]) + beyond).max(axis=1)
+    along_x = push.sum(axis=1)
+    return Footprint(touching, along_x.sum(), along_x @ x, push.sum(axis=0) @ y, edges)
 
 
 def states_layout(angles: np.ndarray) -> Layout:
@@ -298,7 +368,7 @@ def _solution_moments(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dat
             "",
             "a scan, a catalogue, or a solution of adhesive or rigid with pressures on retraction",
             "none",
-            "solve with ds.contact.adhesive(delta=[…], fields=True, mesh=…)",
+            "solve with ds.contact.adhesive(directions=24, mesh=…), or with fields=True and displacements",
         )
     layout = states_layout(angles)
     out = ds if stiff else ds.sel(branch="retraction", drop=True)
@@ -328,7 +398,11 @@ def _place_moments(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     force = ds["force"].values
     if ds.attrs["law"] == JKR:  # the states' cohesive zone holds more than the extrapolated pull-off
         pressure = pressure * min(float(known["pull_off_force"]) / max(-force.min(), 1e-300), 1.0)
-    states = States(x, y, pressure, touching, force, area, refine)
+    side = np.sqrt(cell)
+    push = np.nan_to_num(pressure) * cell
+    angles = layout.axes["direction"]
+    footprints = [footprint(*fields, x, y, side, angles) for fields in zip(push, touching)]
+    states = States(footprints, force, area, refine)
     return moments_of_states(states, layout, load, converged=bool(np.all(converged(ds))), **known)
 
 
@@ -341,18 +415,16 @@ def moments_of_states(states: States, layout: Layout, load: float, **known: Any)
     for name, value in known.items():
         record[name] = value
     record["mesh"] = states.refine
-    cell = float(states.x[1] - states.x[0]) * float(states.y[1] - states.y[0])
-    x, y = np.meshgrid(states.x, states.y, indexing="ij")
     largest = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(angles.size)
-    for state in np.flatnonzero(states.touching.any(axis=(1, 2))):
-        push = np.nan_to_num(states.pressure[state]) * cell
-        _include_state(push, states.touching[state], x, y, np.sqrt(cell / np.pi), angles, load, largest)
+    for state in states.footprints:
+        if state.touching.any():
+            _include_state(state, angles, load, largest)
     largest[rotation.TIPPING_FORCE, largest[rotation.TIPPING_FORCE] == -np.inf] = np.inf
     rest = _state_at_rest(states.area, states.force, load)
     record["contact_area"] = np.nan if rest is None else states.area[rest]
     if rest is not None:  # patches less than two pixels apart count as one contact
         square = np.ones((3, 3))
-        near = binary_dilation(states.touching[rest], square, iterations=max(states.refine, 1))
+        near = binary_dilation(states.footprints[rest].touching, square, iterations=max(states.refine, 1))
         record["contacts"] = label(near, square)[1]
     complete = record["converged"] and np.isfinite(largest[rotation.MOMENT]).all()
     return _put(record, layout, largest if complete else np.full_like(largest, np.nan))
@@ -372,21 +444,10 @@ def _state_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> int | No
     return int(nearest[np.abs(force[nearest] - load).argmin()])
 
 
-def _include_state(push, touching, x, y, reach, angles, load, largest) -> None:
-    """Update results (4, direction) with a state's moment about the front of its contact, if that is larger.
-
-    The front of a patch of n cells lies beyond its foremost cell's centre by ``reach`` (nm), the radius of a disc of
-    the cell's area, over n^(1/6): a disc in any position on the cells then has its radius on average, within 1 %.
-    """
-    from scipy.ndimage import label
-
-    cos = np.cos(angles)
-    sin = np.sin(angles)
-    patch = label(touching, np.ones((3, 3)))[0][touching]
-    beyond = reach * np.bincount(patch)[patch] ** (-1 / 6)
-    edge = (np.outer(cos, x[touching]) + np.outer(sin, y[touching]) + beyond).max(axis=1)
-    whole = push.sum()
-    moment = (load - whole) * edge + cos * (push * x).sum() + sin * (push * y).sum()
+def _include_state(state: Footprint, angles: np.ndarray, load: float, largest: np.ndarray) -> None:
+    """Update results (4, direction) with a state's moment about the front of its contact, if that is larger."""
+    edge = state.edges
+    moment = (load - state.push) * edge + np.cos(angles) * state.push_x + np.sin(angles) * state.push_y
     more = moment > largest[rotation.MOMENT]
     largest[: rotation.TIPPING_FORCE, more] = moment[more], edge[more]
     with np.errstate(divide="ignore", invalid="ignore"):

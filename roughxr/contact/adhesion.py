@@ -6,6 +6,7 @@ adhesive_options   reads options and pair into an `Adhesion`: law, preloads, mes
 refinement         solves one place on a mesh that is accurate enough, with the errors of the pull-off
 cycle              follows one place on one mesh, with its events
 adhesion_on_cells  the law on the cells of a mesh, and the cells that resolve it
+levers             the moments that resist rolling, and the errors of their levers, at one place
 adhesive_record    writes states, events and fields into one record
 """
 
@@ -16,6 +17,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..asperity.moments import read_directions
 from ..jobs import spread
 from ..kernels.adhesion.states import INTERMEDIATE_TOLERANCE, TOLERANCE
 from ..kernels.adhesion.traction_laws import TAIL
@@ -62,6 +64,7 @@ def adhesive(
     datum: str | None = None,
     cycles: int = 1,
     fields: bool = False,
+    directions: Quantities | None = None,
 ) -> xr.Dataset:
     """Solve the contact with adhesion through approach and retraction, with its pull-off force and error.
 
@@ -70,27 +73,29 @@ def adhesive(
     ds : Dataset
         A scan with an assigned pair.
     preload : number, quantity or array of them, optional
-        Force (nN) at which the indenter turns back, by default 0. Several, ascending, lie along ``preload``.
+        Force (nN) at which the indenter turns back, by default 0; several ascend.
     delta : array_like, optional
-        Displacements (nm), ascending, in place of a preload.
+        Displacements (nm), ascending, without preload.
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`. By default those on ``ds``, else one in its middle.
+        Contact centres; by default those on ``ds``, else its middle.
     law : {"auto", "exponential", "jkr", "dugdale", "lennard_jones"}
         Traction across a gap. "auto" chooses by Tabor's parameter.
     mesh : "auto", int or Mesh
-        Cells along a side of a pixel. "auto" halves them until the pull-off changes by less than 5 %.
+        Cells along a side of a pixel. "auto" halves them until the pull-off changes by under 5 %.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0; by default first contact with a preload, else the highest peak.
     cycles : int
         Cycles with a preload.
     fields : bool
-        Keep pressure, displacement and gap at ``delta``; needs one mesh.
+        Keep pressure, displacement, gap; needs one mesh.
+    directions : int or array_like, optional
+        Directions of moments to keep for `rolling`; one preload.
 
     Returns
     -------
     Dataset
         Along subregion: ``pull_off_force`` (nN), its relative error ``pull_off_error`` (95 %), ``pull_off_delta``,
-        ``snap_in_force``, ``hysteresis`` and more. With ``delta``, ``force`` and ``contact_area`` on both branches.
+        ``snap_in_force``, ``hysteresis`` and more. With ``delta`` force and area on both branches.
 
     Raises
     ------
@@ -136,6 +141,10 @@ def adhesive(
         cycles=cycles,
     )
     adhesion = adhesion._replace(presses=by_preload)
+    if directions is not None:
+        if not by_preload or np.ndim(preload) or adhesion.cycles > 1:
+            raise Refusal("directions", "one preload and one cycle", "displacements, or several of them")
+        adhesion = adhesion._replace(directions=read_directions(directions))
     delta = [settling_depth(specimen, adhesion)] if by_preload else delta
     problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
     if not by_preload:
@@ -171,6 +180,7 @@ def adhesive(
         fields=fields,
         mesh=mesh,
         cycles=adhesion.cycles if adhesion.cycles > 1 else None,
+        directions=adhesion.directions if adhesion.directions.size else None,
     )
     out = spread.finish(out)
     if not specimen.lazy:

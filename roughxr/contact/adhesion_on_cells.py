@@ -24,6 +24,10 @@ _CELLS = np.geomspace(1e-3, 1e4, 701)
 _NO_WORK = 1e-12
 
 
+#: Without moments of rolling.
+_NO_DIRECTIONS = np.zeros(0)
+
+
 class Adhesion(NamedTuple):
     """Law of adhesion, loading, and accuracy of the pull-off."""
 
@@ -39,6 +43,7 @@ class Adhesion(NamedTuple):
     first_cell: float = np.inf  # nm, of the coarsest mesh of "auto" with an accuracy, or without range
     presses: bool = False  # whether each pull-off is compared with that of a sphere pressed as hard as it holds
     capture: float = 0.0  # nm, gap at which the pair's attraction snaps surfaces together; without range only
+    directions: np.ndarray = _NO_DIRECTIONS  # rad, of rolling, in which moments of the retraction's states are kept
 
     @property
     def whole_work(self) -> float:

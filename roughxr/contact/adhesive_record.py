@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from ..asperity.moments import KEPT, states_layout
 from ..jobs.records import BRANCHES, Layout
 from ..kernels.adhesion import path as path
 from .adhesion_on_cells import Adhesion
 from .cycle import Cycles, largest_displacement, reached, yielded_shares
 from .elastic import ABOVE_HARDNESS, YIELDED
+from .levers import lever_results
 from .problem import Place, Problem
 from .refinement import cycles_at
 from .solving import put_fields, state_fields
@@ -38,6 +40,10 @@ def cycle_layout(problem: Problem, adhesion: Adhesion, preload: Any) -> Layout:
     if adhesion.preloads.size == 0:
         axes = {"branch": list(BRANCHES), "delta": problem.steps}
         return Layout(axes, _STATES | hard, _EVENTS, yields=problem.yielding)
+    if adhesion.directions.size:
+        moments = states_layout(adhesion.directions)
+        events = {own_name: moments.events[name] for own_name, name in KEPT.items() if name in moments.events}
+        return moments._replace(events=_EVENTS | _AT_PRELOAD | hard | events)
     axes = {"cycle": np.arange(1, adhesion.cycles + 1)} if adhesion.cycles > 1 else {}
     axes |= {} if preload is None or np.ndim(preload) == 0 else {"preload": adhesion.preloads}
     return Layout(axes, _EVENTS | _AT_PRELOAD | hard)
@@ -60,8 +66,10 @@ def cycle_record(place: Place, problem: Problem, layout: Layout, adhesion: Adhes
             results |= {"residual": followed.states["residual"].max()}
             shares = yielded_shares(followed, cycles.problem)
             results |= {name: values[followed.turn - 1] for name, values in shares.items()}
+            results |= lever_results(place, cycles, adhesion) if adhesion.directions.size else {}
         for name, value in results.items():
-            record[name][np.unravel_index(k, record[name].shape)] = value
+            at = np.unravel_index(k, record[name].shape) if np.ndim(value) == 0 else ...
+            record[name][at] = value
     if "branch" in layout.axes:
         record["complete"] = cycles.paths[0].status == path.CONVERGED
         _put_states(record, cycles, to_edge=layout.window is None)  # so that fields and forces agree

@@ -7,11 +7,14 @@ edge that the mesh resolves, and with half that slope; both results are extrapol
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..asperity.moments import edge_opening, footprint, touching_cells
 from ..kernels.adhesion import path as path
+from ..kernels.adhesion.steps import SHORTEST_STEP
 from ..kernels.halfspace import displacement_control
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, DUGDALE, JKR
 from .adhesion_on_cells import Adhesion, interaction_range, law_on_cells
@@ -109,20 +112,27 @@ def cycles_on(
     problem: Problem,
     adhesion: Adhesion,
     *,
-    fields: str | None = None,
+    fields: bool = False,
     steepest_only: bool = False,
     press: bool = False,
+    end_step: float = SHORTEST_STEP,
 ) -> Cycles:
-    """Return the cycles on a surface and its mesh; with both edges, or the steepest only."""
+    """Return the cycles on a surface and its mesh; with both edges, or the steepest only.
+
+    The footprints of the states on retraction are observed if directions of rolling are stated. ``end_step`` is the
+    shortest step at the end of a branch, over the longest.
+    """
     has_edge = ADHESION_LAWS[adhesion.law].has_edge and adhesion.work > 0
-    paths = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem), fields, press)
+    observe = _footprints_of(problem, adhesion) if adhesion.directions.size else None
+    options = {"fields": fields, "press": press, "observe": observe, "end_step": end_step}
+    paths = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem), options)
     steep = [_events(followed, has_edge) for followed in paths]
     pulls = _pull_offs(steep)
     pressed = np.array([followed.pressed for followed in paths])
     if not has_edge or steepest_only:
         edges = [Extrapolation(0.0, 0.0)] * len(paths)
         return Cycles(surface, problem, adhesion.law, paths, [], edges, steep, pulls, np.zeros(0), pressed)
-    wider = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem, 0.5), None, False)
+    wider = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem, 0.5), {})
     wide = [_events(followed, has_edge) for followed in wider]
     edges = [_extrapolation(adhesion.law, *both) for both in zip(steep, wide)]
     events = [_extrapolated_events(*each) for each in zip(steep, wide, edges)]
@@ -131,29 +141,40 @@ def cycles_on(
     return Cycles(surface, problem, adhesion.law, paths, wider, edges, events, pulls, _pull_offs(wide), pressed)
 
 
+def _footprints_of(problem: Problem, adhesion: Adhesion) -> Callable:
+    """Return a function from a solved state to its `Footprint`, nm from the first cell of the window."""
+    side = problem.dx
+    force_of_cell = problem.contact_modulus * side
+    opening = edge_opening(adhesion.law, adhesion.work, problem.contact_modulus, side)
+
+    def observe(solved: Any) -> Any:
+        pressure, gap, touching = solved.state
+        touching = touching | touching_cells(gap, pressure, side, opening)
+        x, y = (side * np.arange(cells.start, cells.stop) for cells in (solved.rows, solved.columns))
+        return footprint(force_of_cell * pressure, touching, x, y, side, adhesion.directions)
+
+    return observe
+
+
 def _pull_offs(events: list[dict[str, float]]) -> np.ndarray:
     """Return the pull-off forces (nN) among the events of cycles."""
     return np.array([event.get("pull_off_force", np.nan) for event in events])
 
 
-def _follow(
-    surface: Surface, problem: Problem, adhesion: Adhesion, law, fields: str | None, press: bool
-) -> list[path.Path]:
+def _follow(surface: Surface, problem: Problem, adhesion: Adhesion, law, options: dict) -> list[path.Path]:
     """Return the paths of all cycles and preloads, in nm, nN and GPa."""
-    paths = before = _cycle(surface, problem, adhesion, law, fields, adhesion.preloads, None, press)
+    paths = before = _cycle(surface, problem, adhesion, law, options, adhesion.preloads, None)
     for _ in range(1, adhesion.cycles):
         loads = [adhesion.preloads[k : k + 1] for k in range(len(before))]
         before = [
-            _cycle(surface, problem, adhesion, law, fields, load, last.residual_heights[-1], press)[0]
-            if last.turn
-            else last
+            _cycle(surface, problem, adhesion, law, options, load, last.residual_heights[-1])[0] if last.turn else last
             for load, last in zip(loads, before)
         ]
         paths = paths + before
     return [_in_units(followed, surface, problem) for followed in paths]
 
 
-def _cycle(surface, problem, adhesion, law, fields, preloads, residual_height, press) -> list[path.Path]:
+def _cycle(surface, problem, adhesion, law, options, preloads, residual_height) -> list[path.Path]:
     """Return the paths up to each preload (nN) and back, on a surface with residual heights (nm) of earlier cycles."""
     hardness = displacement_control.Hardness(problem.hardness, problem.yielding)
     cap, limit = hardness.scaled(problem.dx / problem.contact_modulus)
@@ -164,14 +185,13 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, residual_height, p
         law,
         preloads=preloads / (problem.contact_modulus * problem.dx),
         max_cells=MOST_CELLS,
-        fields=fields,
         cap=cap,
         limit=limit,
         residual_height=residual_height,
         from_contact=adhesion.law == JKR and adhesion.work > 0,
         capture=adhesion.capture,
         film=problem.film,
-        press=press,
+        **options,
     )
 
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels.adhesion.steps import AT_DISPLACEMENTS
 from ..vocabulary.adhesion_laws import DUGDALE, JKR
 from .adhesion_on_cells import Adhesion, resolving_cell
 from .cycle import LARGEST_CORRECTION, LARGEST_DIFFERENCE, MOST_CELLS, RIM_ERROR, Cycles, cycles_on, overlapping_cells
@@ -50,9 +49,8 @@ _FILM_ERROR = 0.2
 def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: bool) -> tuple[Cycles, dict]:
     """Return the cycles at one place, on a mesh that meets the accuracy, and the errors of their pull-offs."""
     if adhesion.refine:
-        pressures = AT_DISPLACEMENTS if fields else None
         press = _presses_once(adhesion)
-        cycles = _solved(place, problem, adhesion, adhesion.refine, fields=pressures, press=press)
+        cycles = _solved(place, problem, adhesion, adhesion.refine, fields=fields, press=press)
         pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
         error = _with_settling(_single_mesh_error(cycles), cycles, pressed, adhesion)
         return cycles, {"mesh": adhesion.refine, "pressed_pull_off_force": pressed, "pull_off_error": error}
@@ -255,7 +253,7 @@ def _solved(
     adhesion: Adhesion,
     refine: int,
     *,
-    fields: str | None = None,
+    fields: bool = False,
     press: bool = False,
 ) -> Cycles:
     """Return the cycles at one place on one mesh."""

@@ -5,7 +5,6 @@ loads                drag, torque and lift in wall shear, weight and tilt, centr
 force_balance        `critical_load`: strength of a load at which the sphere rolls, slides or lifts
 kinetics             Rock'n'Roll: rates of resuspension in turbulence, and adhesion by Biasi's fit
 adhesion_parameters  `parameters`: the parameters of adhesion for other codes
-simulated_moments    resisting moments of the simulation's contacts, for a run
 dem                  `to_dem`: adhesion as input for LAMMPS, or the distribution of the pull-off as a table
 remaining_fraction   `resuspension`: the fraction of particles that remain, from computed moments and pull-off forces
 """

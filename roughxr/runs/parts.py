@@ -13,6 +13,7 @@ import xarray as xr
 from .. import report
 from ..asperity.asperity_sum import fit_options
 from ..asperity.catalogue import asperities
+from ..asperity.moments import rolling, without_moments
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
 from ..bodies.pair import elastic
@@ -27,7 +28,6 @@ from ..jobs.records import loading
 from ..kernels.jit import share_to_compile
 from ..particles import critical_load
 from ..particles.resting_places import are_resting_positions
-from ..particles.simulated_moments import simulated_moments
 from ..report.summary import BUDGET
 from ..scans import level, power_spectrum, regions, roughness
 from ..specimen import Specimen
@@ -53,6 +53,9 @@ _MANY_STEPS = 20
 
 #: Number of displacements of force over displacement, and its range beyond pull-off and preload, over their distance.
 _CURVE_POINTS, _CURVE_MARGIN = 12, 0.5
+
+#: Duration of the simulation with levers over that without, between those of many and of few cells.
+_WITH_LEVERS = 2.0
 
 #: Stages that are not shown.
 SILENT = Stages({}, {})
@@ -100,6 +103,11 @@ class Task(NamedTuple):
     def has_sphere(self) -> bool:
         """Whether the indenter is a sphere, which can roll."""
         return self.specimen.indenter.map is None
+
+    @property
+    def rolls(self) -> bool:
+        """Whether the detachment of the sphere is requested, and anything resists it."""
+        return self.adheres and self.has_sphere and self.plan.directions > 0
 
 
 def _surface(task: Task) -> dict[str, xr.Dataset]:
@@ -149,13 +157,18 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
             pace = stages.pace()
             show_answer(first, specimen, stages)
         before = stages.passed()
+        rolls = {"directions": plan.directions} if task.rolls else {}
+        with_levers = _WITH_LEVERS if task.rolls else 1.0
         if pace > 0:
-            stages.expect(f"each place takes {number(pace, 's', 2)}", adhesive=before + pace * task.places)
-        solved = adhesive(specimen, mesh=mesh, **options | how)
-        took = stages.passed() - before
+            seconds = before + with_levers * pace * task.places
+            stages.expect(f"each place takes {number(with_levers * pace, 's', 2)}", adhesive=seconds)
+        solved = adhesive(specimen, mesh=mesh, **options | how | rolls)
+        took = (stages.passed() - before) / with_levers
         why, seconds = _durations_after(took, task.places, plan.budget)
         stages.expect(why, **seconds)
-    groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
+    moments = {"solutions/rolling": rolling(solved)} if task.rolls else {}
+    solved = without_moments(solved)
+    groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)} | moments
     groups = groups if finer is None else report.with_mesh_error(groups | {"solutions/finer": finer})
     show_answer(groups["statistics/adhesive"], specimen, stages)
     return groups
@@ -164,14 +177,13 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
 def _durations_after(took: float, places: int, budget: int) -> tuple[str, dict[str, float]]:
     """Return why stages that solve places again may last longer than usual, and how long, s.
 
-    ``took`` is the duration of the simulation with adhesion at all places, s.
+    ``took`` is the duration of the simulation with adhesion at all places without levers, s.
     """
     one_place = took / places
     why = f"each place took {number(one_place, 's', 2)}"
     seconds = {
         "curves": 2 + 2.5 * min(places, _CURVE_PLACES) * one_place,
         "budget": 5 + 12 * budget * one_place,  # as many solves of each place
-        "rolling": 3 + took,
     }
     return why, seconds
 
@@ -293,17 +305,14 @@ def _superposed_asperities(task: Task) -> dict[str, xr.Dataset]:
 
 
 def _detachment(task: Task) -> dict[str, xr.Dataset]:
-    """Return resisting moments, of the simulation's contacts, and the critical flow."""
+    """Return the critical flow, by the resisting moments of the simulation's contacts."""
     groups = task.groups
     places = task.plan.subregions
-    solved = task.groups["solutions/adhesive"]
-    moments = simulated_moments(task.specimen, solved, preload=task.plan.preload)
-    out = {"solutions/rolling": moments}
-    all_groups = groups | out
+    out = {"statistics/rests": places} if are_resting_positions(places) else {}
     for way, group in report.CRITICAL.items():
         if f"solutions/{way}" in groups:
-            out[group] = without_warnings(critical_load, report.run_moments(all_groups, way), flow=task.plan.flow)
-    return out | ({"statistics/rests": places} if are_resting_positions(places) else {})
+            out[group] = without_warnings(critical_load, report.run_moments(groups, way), flow=task.plan.flow)
+    return out
 
 
 #: Duration (s) of compiling all kernels of a folder.
@@ -330,7 +339,7 @@ class Part(NamedTuple):
 #: The stages of a run, in order.
 PARTS = (
     Part("asperities", "asperities", lambda task: True, 3.0, 0.0, _surface, "topography"),
-    Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _adhesive_simulation, "adhesion"),
+    Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.3, _adhesive_simulation, "adhesion"),
     Part("curves", "force over displacement", lambda task: task.adheres, 5.0, 0.0, _curves_around_pull_off),
     Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 10.0, 0.0, _error_budget),
     Part("extrapolated", "roughness below the pixel", lambda task: task.is_real, 1.0, 0.0, _extrapolated_pull_off),
@@ -345,5 +354,5 @@ PARTS = (
         _superposed_asperities,
         "asperity",
     ),
-    Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.4, _detachment),
+    Part("rolling", "detachment", lambda task: task.rolls, 1.0, 0.0, _detachment),
 )

@@ -29,6 +29,7 @@ class Plan(NamedTuple):
     mesh: Mesh = Mesh()
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
     budget: int = 8  # places solved again under each change of the error budget; 0: no budget
+    directions: int = 24  # of rolling, in which resisting moments are computed; 0: no detachment
     finer: xr.Dataset | None = None  # a second scan of the surface on finer pixels
     shortest: float | None = None  # nm, shortest wavelength of the surface, where it is known
     flow: str | Flow = "air"  # the fluid that detaches the sphere

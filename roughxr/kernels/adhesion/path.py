@@ -37,8 +37,8 @@ class Path(NamedTuple):
     states: np.ndarray  # (state,) of STATE; prescribed: at a prescribed displacement
     turn: int  # first state of the retraction
     status: int
-    pressures: np.ndarray  # (state or 0, nx, ny) p dx/E*, nm, of the states that were asked for, in the path's order
-    gaps: np.ndarray  # (state or 0, nx, ny) nm, of all states on retraction: 0 in contact, inf beyond the range
+    pressures: np.ndarray  # (prescribed or 0, nx, ny) p dx/E*, nm, in the path's order
+    observed: list  # what ``observe`` returned of each state on retraction
     residual_heights: np.ndarray  # (prescribed or 1, nx, ny) nm ≤ 0, after loading to the prescribed displacements
     pressed: float = np.nan  # largest tension, nm, once the body was pressed as hard as it holds, if asked for
 
@@ -56,7 +56,9 @@ def follow_path(
     *,
     preloads=(),
     max_cells=10**7,
-    fields=None,
+    fields=False,
+    observe=None,
+    end_step=SHORTEST_STEP,
     cap=np.inf,
     limit=np.inf,
     residual_height=None,
@@ -82,8 +84,12 @@ def follow_path(
         at the last of ``deltas``.
     max_cells : int
         Largest number of cells within range.
-    fields : {AT_DISPLACEMENTS, ON_RETRACTION}, optional
-        States whose pressures are returned; by default of none. ON_RETRACTION: with their gaps.
+    fields : bool
+        Return the pressures at the prescribed displacements.
+    observe : callable, optional
+        ``observe(SolvedState)`` is called for each state on retraction; its results are returned.
+    end_step : float
+        Shortest step at the end of a branch on retraction, over the longest.
     cap : float
         Hardness of the body, nm (H dx/E*); inf for an elastic body.
     limit : float
@@ -111,18 +117,18 @@ def follow_path(
     goals = preloads if preloads.size else [np.inf]
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
         no_fields = np.zeros((0, *separation.shape))
-        return [Path(np.zeros(0, STATE), 0, CELL_LIMIT, no_fields, no_fields, no_fields) for _ in goals]
+        return [Path(np.zeros(0, STATE), 0, CELL_LIMIT, no_fields, [], no_fields) for _ in goals]
     solver = Solver(separation, law, cap, limit, from_contact, capture, film)
     residual_height = np.zeros(separation.shape) if residual_height is None else residual_height
     loading = _Loading(solver, step, deltas, residual_height, fields=fields)
-    paths = [_path(loading, loading.load(goal)) for goal in goals]
+    paths = [_path(loading, loading.load(goal), observe, end_step) for goal in goals]
     if not press:
         return paths
-    pressed = _pressed_tension(loading, paths[-1], preloads[-1])
+    pressed = _pressed_tension(loading, paths[-1], preloads[-1], end_step)
     return [path._replace(pressed=pressed if goal < pressed else path.tension) for path, goal in zip(paths, goals)]
 
 
-def _pressed_tension(loading, path, load):
+def _pressed_tension(loading, path, load, end_step):
     """Return the largest tension once the body was pressed as hard as it holds, from a path turned back at ``load``.
 
     Loading without a jump is reversible: the body then holds as much as before, and need not retract once more.
@@ -136,26 +142,26 @@ def _pressed_tension(loading, path, load):
         if not loading.has_jumped:
             break
         enough = _AS_HARD * tension
-        path = _path(loading, True)
+        path = _path(loading, True, None, end_step)
         tension = path.tension
     return tension if path.status == CONVERGED else np.nan
 
 
-def _path(loading, loaded):
+def _path(loading, loaded, observe, end_step):
     """Return the `Path` that turns back at the present state of loading."""
-    retraction = Retraction(loading)
+    retraction = Retraction(loading, observe, end_step)
     whole = loaded and retraction.retract()
     visited = loading.visited + (retraction.visited if loaded else [])
     shape = (0, *loading.solver.separation.shape)
     states = np.array([visit.row for visit in visited], STATE)
     states["dissipated"] = np.cumsum(states["dissipated"])
     pressures = [visit.pressure for visit in visited if visit.pressure is not None]
-    gaps = [visit.gap for visit in visited if visit.gap is not None]
     heights = [visit.residual_height for visit in loading.visited if visit.residual_height is not None]
     heights = heights or [loading.last.residual_height]
     status = CONVERGED if whole else NOT_FINITE
-    pressures, gaps = (np.array(fields) if fields else np.zeros(shape) for fields in (pressures, gaps))
-    return Path(states, len(loading.visited), status, pressures, gaps, np.array(heights))
+    pressures = np.array(pressures) if pressures else np.zeros(shape)
+    observed = [visit.observed for visit in retraction.visited] if loaded else []
+    return Path(states, len(loading.visited), status, pressures, observed, np.array(heights))
 
 
 class _Loading(Stepper):

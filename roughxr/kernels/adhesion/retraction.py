@@ -11,7 +11,7 @@ steps between them leaves room for a larger one. Stiff bodies pull most at first
 
 import numpy as np
 
-from .steps import EQUAL_DELTA, ON_RETRACTION, SHORTEST_STEP, STATE, Stepper, Visit
+from .steps import EQUAL_DELTA, STATE, Stepper, Visit
 
 #: Retraction ends where nothing touches and the tension is below this part of the largest.
 _LEAST_TENSION = 1e-3
@@ -78,29 +78,28 @@ class _EndSearch:
 class Retraction(Stepper):
     """The retraction from the present state of loading until contact is lost; it finds the largest tension."""
 
-    def __init__(self, loading):
+    def __init__(self, loading, observe, end_step):
         super().__init__(loading.solver, loading.step, loading.deltas, loading.fields)
         self.last = loading.last
         self.stiffness = loading.stiffness
         self.first = float(self.solver.separation.min()) - self.solver.law.onset
+        self.observe = observe
+        self.end_step = end_step * self.step
         if loading.visited:  # it begins with the present state
             turn = loading.visited[-1]
             row = turn.row.copy()
             row["dissipated"] = 0.0
             self.visited.append(Visit(row, self.last, self.stiffness, turn.pressure))
-            self._keep_fields(self.visited[-1])
+            self._observe(self.visited[-1])
 
     def accept(self, solved, prescribed):
         """Append a state, which becomes the present state."""
         super().accept(solved, prescribed)
-        self._keep_fields(self.visited[-1])
+        self._observe(self.visited[-1])
 
-    def _keep_fields(self, visit):
-        """Store pressure and gap of a state if those of all are asked for."""
-        if self.fields == ON_RETRACTION:
-            state = visit.solved.state
-            visit.pressure = self._on_window(visit.solved, state.pressure, 0.0)
-            visit.gap = self._on_window(visit.solved, np.where(state.touching, 0.0, state.gap), np.inf)
+    def _observe(self, visit):
+        if self.observe is not None:
+            visit.observed = self.observe(visit.solved)
 
     def retract(self):
         """Retract through the prescribed displacements until contact is lost; return whether all states are finite."""
@@ -164,7 +163,7 @@ class Retraction(Stepper):
         self.last = start.solved
         self.stiffness = start.stiffness
         start.most = -np.inf
-        search = _EndSearch(_RETRACTION_STEP * self.step, SHORTEST_STEP * self.step)
+        search = _EndSearch(_RETRACTION_STEP * self.step, self.end_step)
         if following and following[0].solved is not None:
             search.shorten(self.last.delta, following[0].solved.delta)
         while following or not self.is_lost():
@@ -236,7 +235,7 @@ class Retraction(Stepper):
                 return
             following = next(k for k, visit in enumerate(self.visited) if visit.row["delta"] < delta)
             self.visited.insert(following, Visit(self._row(solved, False, 0.0), solved, np.nan))
-            self._keep_fields(self.visited[following])
+            self._observe(self.visited[following])
             self._count_dissipation(following)
             self._count_dissipation(following + 1)
 

@@ -5,10 +5,6 @@ from typing import Any
 
 import numpy as np
 
-#: States whose fields are returned.
-AT_DISPLACEMENTS = "at displacements"  # the prescribed ones, on both branches
-ON_RETRACTION = "on retraction"  # all
-
 #: Values of a state. Yielding: the shares of compressive force and touching cells at the hardness or above, and area
 #: and volume of the dents, in cells.
 STATE = np.dtype(
@@ -48,7 +44,7 @@ class Visit:
     stiffness: float
     pressure: np.ndarray | None = None
     residual_height: np.ndarray | None = None
-    gap: np.ndarray | None = None
+    observed: Any = None
     most: float = -np.inf  # the largest tension that may lie between this state and the next
 
 
@@ -74,17 +70,12 @@ class Stepper:
         self.last = solved
         self.largest = max(self.largest, -solved.force)
         pressure = residual_height = None
-        if prescribed and self.fields == AT_DISPLACEMENTS:
-            pressure = self._on_window(solved, solved.state.pressure, 0.0)
+        if prescribed and self.fields:
+            pressure = np.zeros(self.solver.separation.shape)
+            pressure[solved.rows, solved.columns] = solved.state.pressure
             residual_height = solved.residual_height
         row = self._row(solved, prescribed, freed)
         self.visited.append(Visit(row, solved, self.stiffness, pressure, residual_height))
-
-    def _on_window(self, solved, field, beyond):
-        """Return a field of a state's box on all cells, with its value beyond the box."""
-        on_window = np.full(self.solver.separation.shape, beyond)
-        on_window[solved.rows, solved.columns] = field
-        return on_window
 
     def _row(self, solved, prescribed, freed):
         """Return the values of a state, with the energy freed by the last step in place of the whole dissipation."""
