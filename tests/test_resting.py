@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import roughxr
 from roughxr.asperity.catalogue import DoubtfulAsperities
+from roughxr.contact.adhesion import adhesive_and_moments
 from roughxr.kernels.halfspace.separation import SPHERE, profile_radius
 from roughxr.kernels.topography import dilation
 from roughxr.kernels.topography.interpolation import band_limited
@@ -109,8 +110,7 @@ def test_the_lever_of_the_simulation_is_the_distance_of_the_foremost_of_three_eq
     surface = caps(polygon(3, 150.0, turn=np.pi / 6), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
     surface = roughxr.assign_pair(surface, sphere_radius=RADIUS, contact_modulus=40, work_of_adhesion=0.05)
     place = resting(surface)
-    solved = roughxr.adhesive(surface, subregions=place, law=law, mesh=2, directions=12)
-    moments = roughxr.rolling(solved)
+    _, moments = adhesive_and_moments(surface, subregions=place, law=law, mesh=2, directions=12)
     assert int(moments.contacts[0]) == 3
     at = np.pi / 6 + 2 * np.pi / 3 * np.arange(3)
     foremost = np.cos(moments.direction.values[:, None] - at).max(axis=1) * 150.0 * RADIUS / (RADIUS + 60.0)
@@ -153,7 +153,7 @@ def test_water_resists_by_the_distance_of_the_foremost_of_three_equal_summits(tu
     surface = caps(polygon(3, 150.0, turn=turn), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
     bodies = {"sphere_radius": RADIUS, "contact_modulus": 40, "work_of_adhesion": 0}
     surface = roughxr.assign_pair(surface, **bodies, humidity=0.5)
-    moments = roughxr.rolling(roughxr.adhesive(surface, subregions=resting(surface), mesh=2, directions=12))
+    _, moments = adhesive_and_moments(surface, subregions=resting(surface), mesh=2, directions=12)
     assert int(moments.contacts[0]) == 3
     at = turn + 2 * np.pi / 3 * np.arange(3)
     foremost = np.cos(moments.direction.values[:, None] - at).max(axis=1) * 150.0 * RADIUS / (RADIUS + 60.0)

@@ -8,6 +8,7 @@ from scipy.optimize import minimize_scalar
 
 import roughxr
 from roughxr.asperity import moments
+from roughxr.contact.adhesion import adhesive_and_moments
 from roughxr.kernels.asperity import jkr, maugis
 
 from .surfaces import glass_pair, paraboloids, rough, scan
@@ -183,7 +184,26 @@ def simulated_levers(ds, law, cells):
     """Return the moments of the simulation at the middle of a scan, from the pull-off on one mesh."""
     middle = ([float(ds.x.mean())], [float(ds.y.mean())])
     mesh = roughxr.Mesh(cells, accuracy=None)
-    return ds.contact.adhesive(subregions=middle, law=law, mesh=mesh, directions=24).contact.rolling()
+    return adhesive_and_moments(ds, subregions=middle, law=law, mesh=mesh, directions=24)[1]
+
+
+@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.parametrize("preload", [0.0, 300.0])
+def test_moments_do_not_change_the_pull_off_nor_its_change_by_pressing(preload):
+    how = {"subregions": (2, 1), "mesh": 2, "preload": preload}
+    surface_pair = glass_pair(scan(rough(48, rms=3.0), 20.0), 500)
+    alone = surface_pair.contact.adhesive(**how)
+    solved, moments = adhesive_and_moments(surface_pair, directions=6, **how)
+    xr.testing.assert_equal(solved, alone)
+    np.testing.assert_allclose(moments.resisting_moment, moments.lever * alone.pull_off_force, rtol=1e-12)
+    assert (moments.lever_error > 0).all()
+
+
+def test_moments_are_of_one_preload():
+    with pytest.raises(ValueError, match="preload: expected one number"):
+        adhesive_and_moments(glass_pair(scan(rough(48))), directions=6, preload=[0.0, 5.0])
+    with pytest.raises(ValueError, match="directions"):
+        adhesive_and_moments(glass_pair(scan(rough(48))), directions=0)
 
 
 def bump(pixel, *, part=(0.0, 0.0), half=30.0, radius=100.0, modulus=40.0, work=0.06, **pair):

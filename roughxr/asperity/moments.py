@@ -40,7 +40,7 @@ _EVENTS: dict[str, type] = {
 _SIMULATED_STATES: dict[str, type] = {"contacts": int, "lever_error": float, "mesh": int}
 _ASPERITY_STATES = {"rest_delta": float, "contacts": int, "truncated": bool}
 
-#: Variables of a solution of `adhesive` with directions, and their names in a result of `rolling`.
+#: Variables of a solution with moments (`contact.adhesion`), and their names in that of `rolling`.
 KEPT = {
     **{name: name for name in _STATES},
     **{f"{end}_{kind}": f"{end}_{kind}" for end in ("weakest", "stiffest") for kind in ("direction", "ties")},
@@ -67,7 +67,7 @@ _EQUAL_MOMENTS = 1e-6
 def rolling(
     ds: xr.Dataset,
     *,
-    directions: Quantities | None = None,
+    directions: Quantities = 24,
     normal_force: Quantity = 0.0,
     subregions: Places = None,
 ) -> xr.Dataset:
@@ -75,18 +75,17 @@ def rolling(
 
     From a scan or a catalogue: the sphere rests on its asperities under ``normal_force``, then turns as a rigid body
     about the foremost edge of its contact, and the asperities behind detach one after the other, by JKR's law. From a
-    solution by `adhesive` with directions, or by `adhesive` or `rigid` with fields: the largest moment about the
-    foremost cell in contact over the states of the retraction, in which the sphere does not turn. Cells of `rigid`
-    within 1.25 of its law's length are in contact.
+    solution by `adhesive` or `rigid` with fields: the largest moment about the foremost cell in contact over the states
+    of the retraction, in which the sphere does not turn. Cells of `rigid` within 1.25 of its law's length are in
+    contact.
 
     Parameters
     ----------
     ds : Dataset
-        A scan or an asperity catalogue with an assigned dry pair, or a solution: by `adhesive` with ``directions``,
-        of all states and with errors of the levers, or by `adhesive` or `rigid` with ``fields=True``.
-    directions : int or array_like, optional
-        Directions of rolling: a number of them, spaced evenly, or angles from x towards y, rad; by default 24, or those
-        of the solution.
+        A scan or an asperity catalogue with an assigned dry pair, or a solution by `adhesive` or `rigid` with
+        ``fields=True``.
+    directions : int or array_like
+        Directions of rolling: a number of them, spaced evenly, or angles from x towards y, rad.
     normal_force : number or quantity
         Force on the sphere's axis as it begins to roll, nN, positive towards the surface; for example its weight. It
         must be positive without adhesion.
@@ -105,8 +104,8 @@ def rolling(
         ``pull_off_delta`` (nm), ``contact_area`` (nm², at rest), ``contacts`` (at rest: asperities, or patches of the
         simulation two pixels or more apart). For asperities also ``rest_delta`` (nm from the highest peak) and
         ``truncated``; for a simulation ``mesh`` and ``lever_error``, the relative error of the lever in any
-        direction over the mean of all. It is known from `adhesive` with directions, as in runs. NaN without contact or
-        if not ``converged``, as the attribute ``missing`` explains. Lazy if the scan is.
+        direction over the mean of all. It is known if several meshes were solved, as in runs. NaN without contact or if
+        not ``converged``, as the attribute ``missing`` explains. Lazy if the scan is.
 
     Raises
     ------
@@ -137,12 +136,8 @@ def rolling(
     (('subregion', 'direction'), 'nN nm')
     """
     ds = schema.entered_dataset(ds)
+    angles = read_directions(directions)
     push = float(magnitude(normal_force, "nN", "normal_force"))
-    if "lever_error" in ds and "lever_mesh" in ds:
-        if directions is not None or subregions is not None or push != 0:
-            raise Refusal("", "no directions, places and normal force beside those of the solution", "some")
-        return _kept_moments(ds)
-    angles = read_directions(24 if directions is None else directions)
     is_solution = "force" in ds or "pull_off_force" in ds
     if is_solution and "height" not in ds:
         if subregions is not None:
@@ -179,16 +174,12 @@ def read_directions(directions: Quantities) -> np.ndarray:
     return 2 * np.pi * np.arange(count) / count
 
 
-def _kept_moments(ds: xr.Dataset) -> xr.Dataset:
-    """Return the moments that a solution of `adhesive` contains."""
-    moments = ds[[*KEPT, "pull_off_force", "pull_off_delta", "converged"]]
+def split_moments(ds: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
+    """Return a solution with moments (`contact.adhesion`) without them, and they in the form of `rolling`."""
+    moments = ds[[*KEPT, "pull_off_force", "pull_off_delta", "converged"]].rename(KEPT)
     arguments = {"directions": ds["direction"].values, "normal_force": 0.0}
-    return _labelled_moments(moments.rename(KEPT), ds, "adhesive", arguments)
-
-
-def without_moments(ds: xr.Dataset) -> xr.Dataset:
-    """Return a solution of `adhesive` without its moments."""
-    return ds.drop_vars([*KEPT, "direction"], errors="ignore")
+    solution = ds.drop_vars([*KEPT, "direction"])
+    return solution, _labelled_moments(moments, ds, "adhesive", arguments)
 
 
 def _warn_of_lost_supports(contacts: float, supports: float) -> None:
@@ -368,7 +359,7 @@ def _solution_moments(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dat
             "",
             "a scan, a catalogue, or a solution of adhesive or rigid with pressures on retraction",
             "none",
-            "solve with ds.contact.adhesive(directions=24, mesh=…), or with fields=True and displacements",
+            "solve with fields=True; with adhesion also with displacements (delta)",
         )
     layout = states_layout(angles)
     out = ds if stiff else ds.sel(branch="retraction", drop=True)

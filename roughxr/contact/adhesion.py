@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..asperity.moments import read_directions
+from ..asperity.moments import read_directions, split_moments
 from ..jobs import spread
 from ..kernels.adhesion.states import INTERMEDIATE_TOLERANCE, TOLERANCE
 from ..kernels.adhesion.traction_laws import TAIL
@@ -26,8 +26,8 @@ from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import AUTO, LENNARD_JONES
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import IncompleteResult, warn
-from ..vocabulary.units import Places, Quantities
-from .adhesion_on_cells import Adhesion, resolving_cell
+from ..vocabulary.units import Places, Quantities, Quantity
+from .adhesion_on_cells import NO_DIRECTIONS, Adhesion, resolving_cell
 from .adhesive_options import (
     chosen_law,
     law_choice,
@@ -64,7 +64,6 @@ def adhesive(
     datum: str | None = None,
     cycles: int = 1,
     fields: bool = False,
-    directions: Quantities | None = None,
 ) -> xr.Dataset:
     """Solve the contact with adhesion through approach and retraction, with its pull-off force and error.
 
@@ -73,29 +72,27 @@ def adhesive(
     ds : Dataset
         A scan with an assigned pair.
     preload : number, quantity or array of them, optional
-        Force (nN) at which the indenter turns back, by default 0; several ascend.
+        Force (nN) at which the indenter turns back, by default 0. Several, ascending, lie along ``preload``.
     delta : array_like, optional
-        Displacements (nm), ascending, without preload.
+        Displacements (nm), ascending, in place of a preload.
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres; by default those on ``ds``, else its middle.
+        Contact centres, see `regions.centres`. By default those on ``ds``, else one in its middle.
     law : {"auto", "exponential", "jkr", "dugdale", "lennard_jones"}
         Traction across a gap. "auto" chooses by Tabor's parameter.
     mesh : "auto", int or Mesh
-        Cells along a side of a pixel. "auto" halves them until the pull-off changes by under 5 %.
+        Cells along a side of a pixel. "auto" halves them until the pull-off changes by less than 5 %.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0; by default first contact with a preload, else the highest peak.
     cycles : int
         Cycles with a preload.
     fields : bool
-        Keep pressure, displacement, gap; needs one mesh.
-    directions : int or array_like, optional
-        Directions of moments to keep for `rolling`; one preload.
+        Keep pressure, displacement and gap at ``delta``; needs one mesh.
 
     Returns
     -------
     Dataset
         Along subregion: ``pull_off_force`` (nN), its relative error ``pull_off_error`` (95 %), ``pull_off_delta``,
-        ``snap_in_force``, ``hysteresis`` and more. With ``delta`` force and area on both branches.
+        ``snap_in_force``, ``hysteresis`` and more. With ``delta``, ``force`` and ``contact_area`` on both branches.
 
     Raises
     ------
@@ -125,9 +122,38 @@ def adhesive(
     >>> dict(settled.pull_off_force.sizes), bool((settled.pull_off_force > 0).all())
     ({'subregion': 4}, True)
     """
-    specimen = specimen_of(ds)
     if preload is not None and delta is not None:
         raise Refusal("", "either preload or delta", "both")
+    how = {"law": law, "mesh": mesh, "datum": datum, "cycles": cycles, "fields": fields}
+    return _solution(specimen_of(ds), preload, delta, subregions, **how)
+
+
+def adhesive_and_moments(
+    ds: xr.Dataset | Specimen, *, directions: Quantities, preload: Quantity = 0.0, **options: Any
+) -> tuple[xr.Dataset, xr.Dataset]:
+    """Return `adhesive` by one preload, and the moments of its contacts by direction in the form of `rolling`.
+
+    ``options`` are places, law and mesh. Levers then have errors, which `rolling` of fields cannot state.
+    """
+    if np.ndim(preload):
+        raise Refusal("preload", "one number", "several of them")
+    return split_moments(_solution(specimen_of(ds), preload, directions=read_directions(directions), **options))
+
+
+def _solution(
+    specimen: Specimen,
+    preload: Quantities | None,
+    delta: Quantities | None = None,
+    subregions: Places = None,
+    *,
+    law: str = AUTO,
+    mesh: Mesh | int | str = "auto",
+    datum: str | None = None,
+    cycles: int = 1,
+    fields: bool = False,
+    directions: np.ndarray = NO_DIRECTIONS,
+) -> xr.Dataset:
+    """Return the states by displacement, or the events by preload, with the moments in directions (rad)."""
     need_wide_scan(specimen.scan)
     by_preload = delta is None
     mesh = read_mesh(mesh, Mesh())
@@ -140,11 +166,7 @@ def adhesive(
         mesh=mesh,
         cycles=cycles,
     )
-    adhesion = adhesion._replace(presses=by_preload)
-    if directions is not None:
-        if not by_preload or np.ndim(preload) or adhesion.cycles > 1:
-            raise Refusal("directions", "one preload and one cycle", "displacements, or several of them")
-        adhesion = adhesion._replace(directions=read_directions(directions))
+    adhesion = adhesion._replace(presses=by_preload, directions=directions)
     delta = [settling_depth(specimen, adhesion)] if by_preload else delta
     problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
     if not by_preload:
@@ -180,7 +202,6 @@ def adhesive(
         fields=fields,
         mesh=mesh,
         cycles=adhesion.cycles if adhesion.cycles > 1 else None,
-        directions=adhesion.directions if adhesion.directions.size else None,
     )
     out = spread.finish(out)
     if not specimen.lazy:

@@ -23,9 +23,8 @@ _CELLS = np.geomspace(1e-3, 1e4, 701)
 #: Work of separation in place of zero, nm².
 _NO_WORK = 1e-12
 
-
 #: Without moments of rolling.
-_NO_DIRECTIONS = np.zeros(0)
+NO_DIRECTIONS = np.zeros(0)
 
 
 class Adhesion(NamedTuple):
@@ -43,7 +42,7 @@ class Adhesion(NamedTuple):
     first_cell: float = np.inf  # nm, of the coarsest mesh of "auto" with an accuracy, or without range
     presses: bool = False  # whether each pull-off is compared with that of a sphere pressed as hard as it holds
     capture: float = 0.0  # nm, gap at which the pair's attraction snaps surfaces together; without range only
-    directions: np.ndarray = _NO_DIRECTIONS  # rad, of rolling, in which moments of the retraction's states are kept
+    directions: np.ndarray = NO_DIRECTIONS  # rad, of rolling, in which moments of the retraction's states are kept
 
     @property
     def whole_work(self) -> float:

@@ -13,11 +13,10 @@ import xarray as xr
 from .. import report
 from ..asperity.asperity_sum import fit_options
 from ..asperity.catalogue import asperities
-from ..asperity.moments import rolling, without_moments
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
 from ..bodies.pair import elastic
-from ..contact.adhesion import adhesive
+from ..contact.adhesion import adhesive, adhesive_and_moments
 from ..contact.adhesive_options import longest_step
 from ..contact.elastic import direct
 from ..contact.mesh import TooManyCells, UnresolvedContact
@@ -157,17 +156,19 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
             pace = stages.pace()
             show_answer(first, specimen, stages)
         before = stages.passed()
-        rolls = {"directions": plan.directions} if task.rolls else {}
         with_levers = _WITH_LEVERS if task.rolls else 1.0
         if pace > 0:
             seconds = before + with_levers * pace * task.places
             stages.expect(f"each place takes {number(with_levers * pace, 's', 2)}", adhesive=seconds)
-        solved = adhesive(specimen, mesh=mesh, **options | how | rolls)
+        moments = {}
+        if task.rolls:
+            how_rolled = {"directions": plan.directions, "mesh": mesh}
+            solved, moments["solutions/rolling"] = adhesive_and_moments(specimen, **how_rolled, **options, **how)
+        else:
+            solved = adhesive(specimen, mesh=mesh, **options, **how)
         took = (stages.passed() - before) / with_levers
         why, seconds = _durations_after(took, task.places, plan.budget)
         stages.expect(why, **seconds)
-    moments = {"solutions/rolling": rolling(solved)} if task.rolls else {}
-    solved = without_moments(solved)
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)} | moments
     groups = groups if finer is None else report.with_mesh_error(groups | {"solutions/finer": finer})
     show_answer(groups["statistics/adhesive"], specimen, stages)
