@@ -191,9 +191,9 @@ def simulated_levers(ds, law, cells):
 @pytest.mark.parametrize("preload", [0.0, 300.0])
 def test_moments_do_not_change_the_pull_off_nor_its_change_by_pressing(preload):
     how = {"subregions": (2, 1), "mesh": 2, "preload": preload}
-    surface_pair = glass_pair(scan(rough(48, rms=3.0), 20.0), 500)
-    alone = surface_pair.contact.adhesive(**how)
-    solved, moments = adhesive_and_moments(surface_pair, directions=6, **how)
+    ground = glass_pair(scan(rough(48, rms=3.0), 20.0), 500)
+    alone = ground.contact.adhesive(**how)
+    solved, moments = adhesive_and_moments(ground, directions=6, **how)
     xr.testing.assert_equal(solved, alone)
     np.testing.assert_allclose(moments.resisting_moment, moments.lever * alone.pull_off_force, rtol=1e-12)
     assert (moments.lever_error > 0).all()

@@ -83,11 +83,12 @@ def test_one_preload_is_what_a_run_takes(surface, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-#: Durations of the stages of two runs of 64 places on two busy cores, s, and of the simulation at all places: the
-#: glass twin, and the grains of `shared/scans`. The third, force over displacement, is estimated by its cost a place.
+#: Durations of the stages of two runs of 64 places on two busy cores, s, and of the simulation at all places without
+#: levers: the glass twin, and the grains of `shared/scans`. The third, force over displacement, is estimated by its cost
+#: a place; levers, which were a stage of their own, count with the second.
 MEASURED = {
-    "glass": ([5.4, 142.8, 32.0, 210.5, 0.2, 11.1, 17.9, 15.5, 58.7, 14.4], 104.0),
-    "grains": ([0.4, 16.5, 1.5, 17.7, 0.2, 1.3, 4.4, 1.0, 30.5, 5.3], 12.0),
+    "glass": ([5.4, 142.8 + 57.7, 32.0, 210.5, 0.2, 11.1, 17.9, 15.5, 1.0, 14.4], 104.0),
+    "grains": ([0.4, 16.5 + 30.0, 1.5, 17.7, 0.2, 1.3, 4.4, 1.0, 0.5, 5.3], 12.0),
 }
 
 
@@ -116,13 +117,13 @@ def test_the_time_left_of_measured_runs_is_right_within_a_factor_of_two(surface,
                 why, seconds = run_parts._durations_after(solved, 64, 8)
                 stage.expect(why, **seconds)
     lines = [line for line in stream.getvalue().splitlines() if line.startswith("stage")]
-    lines = [line for line in lines if "each place takes" not in line]  # within a stage
-    shown = [minutes_left(line) for line in lines]
-    for k in range(2, len(lines)):
+    of_beginnings = [minutes_left(line) for line in lines if "each place takes" not in line]  # others: within a stage
+    for k in range(2, len(of_beginnings)):
         true_minutes = sum(durations[k:]) / 60
-        assert shown[k][0] <= 2 * true_minutes and shown[k][1] >= true_minutes / 2
+        assert of_beginnings[k][0] <= 2 * true_minutes and of_beginnings[k][1] >= true_minutes / 2
+    shown = [minutes_left(line) for line in lines]
     for before, after, line in zip(shown, shown[1:], lines[1:]):
-        assert after <= before or "(more than before: each place took" in line
+        assert after <= before or "(more than before: each place t" in line
 
 
 @pytest.mark.parametrize(("share", "compiling"), [(1.0, True), (0.4, False), (0.0, False)])
