@@ -460,7 +460,7 @@ def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
     with bare_runs():
         groups = roughxr.run(pair, tmp_path / "run.nc", **options)
     explored = report.write_explorer(tmp_path / "run.nc").read_text(encoding="utf-8")
-    assert "for the surface as scanned at 70 % relative humidity" in explored
+    assert "for the synthetic surface at 70 % relative humidity" in explored
     assert {"solutions/adhesive", "solutions/rigid", "statistics/regime"} <= set(groups)
     assert {"solutions/rolling", "statistics/formulas", "statistics/detachment"} <= set(groups)
     assert not {"solutions/published", "solutions/energy"} & set(groups)

@@ -84,8 +84,8 @@ def test_one_preload_is_what_a_run_takes(surface, tmp_path):
 
 
 #: Durations of the stages of two runs of 64 places on two busy cores, s, and of the simulation at all places without
-#: levers: the glass twin, and the grains of `shared/scans`. The third, force over displacement, is estimated by its cost
-#: a place; levers, which were a stage of their own, count with the second.
+#: levers: the glass twin, and the grains of `shared/scans`. Levers, once a stage of their own, count with the second.
+#: The third, force over displacement, is estimated by its cost a place.
 MEASURED = {
     "glass": ([5.4, 142.8 + 57.7, 32.0, 210.5, 0.2, 11.1, 17.9, 15.5, 1.0, 14.4], 104.0),
     "grains": ([0.4, 16.5 + 30.0, 1.5, 17.7, 0.2, 1.3, 4.4, 1.0, 0.5, 5.3], 12.0),
