@@ -79,6 +79,9 @@ FILM = (
 #: Wavelength (nm) below which roughness acts most on the diamond films.
 SHORT_WAVE = 43.0
 
+#: Cells along a pixel of `adhesive`; see ``--mesh``.
+CELLS_PER_PIXEL = 1
+
 #: Spheres of unequal size and shape in one draw.
 SPHERES = 6
 
@@ -134,8 +137,8 @@ def pull(scan, **options):
 
 
 def adhesive_pull(scan):
-    """Return the pull-off (nN) in the middle of a scan by `adhesive`, on the scan's own pixels."""
-    solved = roughxr.adhesive(scan, subregions=(1, 1), mesh=1, law="exponential")
+    """Return the pull-off (nN) in the middle of a scan by `adhesive`."""
+    solved = roughxr.adhesive(scan, subregions=(1, 1), mesh=CELLS_PER_PIXEL, law="exponential")
     return float(solved.pull_off_force[0])
 
 
@@ -527,10 +530,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--draws", type=int, help="default: as each experiment has them")
     parser.add_argument("--only", default="", help="experiments with this in their names")
+    parser.add_argument("--mesh", type=int, default=CELLS_PER_PIXEL, help="cells along a pixel of `adhesive`")
     parser.add_argument("--quick", action="store_true", help="coarser surfaces, as the notebook's quick run")
     parser.add_argument("--film", help="container from which to print the film's spectrum, and end")
     parser.add_argument("--picture")
     options = parser.parse_args()
+    globals()["CELLS_PER_PIXEL"] = options.mesh
     if options.film:
         film = film_of(options.film)
         for wave, power in zip(2 * np.pi / film.wavevector.values, film.psd.values):
