@@ -67,19 +67,19 @@ def test_a_file_of_options_holds_every_option_but_scheduler_and_output(tmp_path,
         assert reason in capsys.readouterr().err
 
 
-def options_of(text, tmp_path, *words):
+def options_of(text, tmp_path, *before):
     """Return the parsed options of `run` with a file of options, and those that the file may set."""
     file = tmp_path / "options.toml"
     file.write_text(text, encoding="utf-8")
-    options = command_line().parse_args(["run", "--config", str(file), *words, "--", "scan.nc"])
+    options = command_line().parse_args(["run", "--config", str(file), *before, "--", "scan.nc"])
     return options, {option.dest: option for option in options.file_options}
 
 
 def test_no_value_of_a_file_of_options_becomes_another_option(tmp_path, capsys):
     """Whatever option a stranger fills with words of a command line: they stay its value, or are refused."""
     stranger = ["2", "--scheduler", "threads", "-o", "elsewhere", "--particle", "--", "other.nc"]
-    own, names = options_of("sphere_radius = 1", tmp_path, "-o", "mine")
-    assert own.scan == ["scan.nc"] and own.sphere_radius == "1" and len(names) > 20
+    usual, names = options_of("sphere_radius = 1", tmp_path, "-o", "mine")
+    assert usual.scan == ["scan.nc"] and usual.sphere_radius == "1" and len(names) > 20
     untouched = {"scan", "output", "scheduler", "config"}
     for name, option in names.items():
         for value in (
@@ -99,7 +99,7 @@ def test_no_value_of_a_file_of_options_becomes_another_option(tmp_path, capsys):
                 assert stop.code == 2 and f"options.toml: {name}: " in capsys.readouterr().err
                 continue
             assert option.nargs == "+" or isinstance(value, str)
-            changed = {key for key in untouched | set(names) if getattr(options, key) != getattr(own, key)}
+            changed = {key for key in untouched | set(names) if getattr(options, key) != getattr(usual, key)}
             assert changed <= {name, "sphere_radius"} and not changed & untouched
 
 
@@ -111,12 +111,12 @@ def test_a_file_of_options_sets_what_a_command_line_does(tmp_path):
         "size = ['1 um', 1000]\n"
     )
     in_file, _ = options_of(text, tmp_path)
-    words = "run scan.nc --sphere-radius 3um --young-modulus 70 169GPa --poisson-ratio 0.2 --subregions 4x2"
-    words += " --mesh 2 --budget 4 --particle --level none --preload 5 --size 1um 1000"
+    command = "run scan.nc --sphere-radius 3um --young-modulus 70 169GPa --poisson-ratio 0.2 --subregions 4x2"
+    command += " --mesh 2 --budget 4 --particle --level none --preload 5 --size 1um 1000"
     assert in_file.young_modulus == ["70", "169 GPa"] and in_file.delta == [-1.0, 2.0] and in_file.particle is True
-    given = vars(command_line().parse_args(words.split()))
+    parsed = vars(command_line().parse_args(command.split()))
     for name in ("subregions", "mesh", "budget", "particle", "level", "preload", "poisson_ratio"):
-        assert given[name] == getattr(in_file, name)
+        assert parsed[name] == getattr(in_file, name)
     replaced, _ = options_of(text, tmp_path, "--mesh", "3", "--level=plane", "--sphere-r", "1")
     assert (replaced.mesh, replaced.level, replaced.sphere_radius, replaced.budget) == (3, "plane", "1", 4)
     assert options_of("particle = false\nsphere_radius = 1", tmp_path)[0].particle is False

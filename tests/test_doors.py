@@ -97,9 +97,9 @@ def test_no_command_replaces_a_users_file(name, finished, tmp_path, monkeypatch,
     before = {path: path.read_bytes() for path in files}
     archived = finished.read_bytes()
     for path in [*files, finished]:
-        words = words_of(name, finished, path)
+        command = words_of(name, finished, path)
         replaces_scan = name == "convert" and path.name == "scan.gsf"  # the output of an earlier conversion
-        assert main(words) == (0 if replaces_scan else 1), (words, capsys.readouterr())
+        assert main(command) == (0 if replaces_scan else 1), (command, capsys.readouterr())
         error = capsys.readouterr().err
         assert replaces_scan or (error.startswith("roughxr: ") and error.count("\n") == 1 and "make room" not in error)
         before.pop(path, None) if replaces_scan else None
@@ -112,10 +112,10 @@ def test_a_command_replaces_its_own_earlier_output(name, finished, tmp_path, mon
     monkeypatch.chdir(tmp_path)
     own_files(tmp_path)
     path = tmp_path / f"output.{ENDINGS.get(name, 'csv')}"
-    words = words_of(name, finished, path)
+    command = words_of(name, finished, path)
     path.touch()  # an empty file has no content to lose
     for _ in range(2):
-        assert main(words) == 0, capsys.readouterr()
+        assert main(command) == 0, capsys.readouterr()
     assert path.stat().st_size > 40
 
 
@@ -276,7 +276,10 @@ def test_no_command_waits_for_a_pipe(tmp_path, monkeypatch, capsys):
         commands += [["info", pipe], ["convert", pipe, "-o", "a.gsf"], ["measured", pipe], ["run", pipe, *sphere]]
         commands += [["run", "scan.nc", *sphere, "--finer", pipe]]
         commands += [["run", "scan.nc", "--materials", "glass", "--indenter", pipe]]
-        for words in commands:
-            assert main(words) == 1
+        for command in commands:
+            assert main(command) == 1
             error = capsys.readouterr().err
-            assert any(text in error for text in ("an ordinary file", "found a folder", "one archive")), (words, error)
+            assert any(text in error for text in ("an ordinary file", "found a folder", "one archive")), (
+                command,
+                error,
+            )

@@ -191,7 +191,7 @@ def test_noise_of_a_second_scan_is_cut_off_and_an_entry(true_surface, scan, scan
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "doubt"),
     [
         (lambda fine: fine.assign(height=-fine.height), "skewness of curvatures"),
         (lambda fine: fine.assign(height=1.9 * fine.height), "rms of slopes"),
@@ -199,13 +199,13 @@ def test_noise_of_a_second_scan_is_cut_off_and_an_entry(true_surface, scan, scan
         (lambda fine: fine.assign(height=fine.height + 0.3 * fine.x), "tilt"),
     ],
 )
-def test_a_second_scan_that_differs_from_the_first_is_doubted_with_figures(grains, change, words):
+def test_a_second_scan_that_differs_from_the_first_is_doubted_with_figures(grains, change, doubt):
     first = image(grains, 4).contact.assign_pair(**PAIR)
     fine = image(grains, 1, tip=5.0).isel(x=slice(160), y=slice(160))
     with warnings.catch_warnings():
         warnings.simplefilter("error", ImplausibleScan)
         second_scan(first, fine)
-    with pytest.warns(ImplausibleScan, match=f"{words} .* instead of .* to "):
+    with pytest.warns(ImplausibleScan, match=f"{doubt} .* instead of .* to "):
         second_scan(first, change(fine))
 
 

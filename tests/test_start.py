@@ -94,12 +94,12 @@ def folder(tmp_path):
 
 @pytest.mark.door
 def test_words_that_are_wrong_by_themselves_are_refused_before_slow_imports(folder):
-    lines = [words for words, *_ in REFUSALS]
+    lines = [command for command, *_ in REFUSALS]
     printed = python(_REFUSED, json.dumps([lines, SLOW]), folder=folder)
-    for (words, refusal, allowed), (status, error, imported) in zip(REFUSALS, printed, strict=True):
-        assert status == 1 and error.startswith("roughxr: ") and error.count("\n") == 1, words
-        assert refusal in error, words
-        assert set(imported) <= set(allowed), words
+    for (command, refusal, allowed), (status, error, imported) in zip(REFUSALS, printed, strict=True):
+        assert status == 1 and error.startswith("roughxr: ") and error.count("\n") == 1, command
+        assert refusal in error, command
+        assert set(imported) <= set(allowed), command
     assert sorted(path.name for path in folder.iterdir()) == ["notes.md", "scan.nc"]
 
 

@@ -394,9 +394,9 @@ def test_a_mean_above_a_smooth_flat_without_a_known_error_has_no_interval():
     assert doubtful.smooth_share > 1 and np.isnan(doubtful.low) and np.isnan(doubtful.high)
     assert "the error of cells or sum is not known" in doubtful.sentence and "independent" not in doubtful.sentence
     assert "mesh='auto'" in doubtful.sentence and "should hold" not in doubtful.sentence
-    known = roughxr.schema.label(pull.assign(pull_off_error=("subregion", np.full(16, 0.1)))).contact.answer()
-    assert known.low < known.pull_off_force < known.high
-    assert "where the surface ripples or fits the sphere" in known.sentence
+    certain = roughxr.schema.label(pull.assign(pull_off_error=("subregion", np.full(16, 0.1)))).contact.answer()
+    assert certain.low < certain.pull_off_force < certain.high
+    assert "where the surface ripples or fits the sphere" in certain.sentence
     below = roughxr.schema.label(pull.assign(pull_off_force=pull.pull_off_force / 100)).contact.answer()
     assert np.isfinite(below.low)
 
@@ -406,9 +406,11 @@ def test_the_largest_errors_of_the_scan_name_their_group():
     deviations = {"places": 0.1, "unseen roughness": 0.3, "mesh": 0.01, "interpolation": 0.2, "noise": 0.12}
     deviations |= {"levelling": 0.005, "work of adhesion": 0.2}
     values = {"pull_off_mean": 10.0, "pull_off_low": 4.0, "pull_off_high": 25.0}
-    values |= {"finest_shown": 20.0, "roughness_factor": 0.7}
+    values |= {"finest_shown": 20.0, "roughness_factor": 0.7, "roughness_low": 0.3, "roughness_high": 1.1}
+    values |= {"narrowed_low": 6.0, "narrowed_high": 20.0}
     columns = {name: ("entry", list(deviations.values())) for name in ("relative_std", "remaining_std")}
-    estimate = xr.Dataset(values | columns, {"entry": list(deviations)})
+    attrs = {"narrowing_source": "unseen roughness", "unseen_by": "one scan"}
+    estimate = xr.Dataset(values | columns, {"entry": list(deviations)}, attrs)
     answered = headline.with_best_estimate(xr.Dataset({"pull_off_force": 14.0}), estimate)
     assert answered.attrs["scan_sources"] == "interpolation and noise"
     alone = estimate.assign(relative_std=estimate.relative_std.where(estimate.entry != "noise", 0.0))

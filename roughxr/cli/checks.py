@@ -17,7 +17,7 @@ from ..bodies.liquid import HumidAir
 from ..bodies.pair import assign_pair
 from ..bodies.substances import MATERIALS
 from ..contact.mesh import Mesh, read_mesh
-from ..runs.options import check_output, read_adhesion
+from ..runs.run_options import check_output, read_adhesion
 from ..tables import table_writer
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import one_of

@@ -52,8 +52,8 @@ _OUTPUTS = ("output", "parameters", "picture", "dem")
 def refuse_inputs_as_outputs(options: Namespace) -> None:
     """Raise if a command would write to a file that it reads, under whatever name."""
     values = {name: getattr(options, name, None) or [] for name in (*_INPUTS, *_OUTPUTS)}
+    values["dem"] = [file for _, file in values["dem"]]
     files = {name: [value] if isinstance(value, str) else value for name, value in values.items()}
-    files["dem"] = [file for _, file in files["dem"]]
     read = [file for name in _INPUTS for file in files[name] if os.path.isfile(file)]
     for name in _OUTPUTS:
         for file in filter(os.path.isfile, files[name]):

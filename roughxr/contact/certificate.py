@@ -89,9 +89,9 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     conditions = [(name, float(value.max(skipna=False)), limit) for name, value, limit in _solver_conditions(ds)]
     if fields:
         conditions += _worst_of_places(whole, method == "adhesive")
-    names, violations, most = zip(*conditions)
-    violations = np.array(violations)
-    limits = np.array(most, float)
+    names = [name for name, _, _ in conditions]
+    violations = np.array([value for _, value, _ in conditions])
+    limits = np.array([limit for _, _, limit in conditions], float)
     met = violations <= limits
     words = [
         f"{name}: {value:.2g} of at most {limit:.2g}, {'met' if fine else 'NOT MET'}"

@@ -206,11 +206,11 @@ class Stages:
         left = sum(expected[name] for name in later)
         if not self._name:
             return left
-        of_stage = max(expected[self._name] - self.passed(), 0.0)
-        if self.bar is None or not math.isfinite(of_bar := self.bar.left()):
-            return left + of_stage
+        stage_left = max(expected[self._name] - self.passed(), 0.0)
+        if self.bar is None or not math.isfinite(bar_left := self.bar.left()):
+            return left + stage_left
         is_main = self.bar.places * self.bar.pace() > 0.5 * expected[self._name]
-        return left + (of_bar if is_main else max(of_bar, of_stage))
+        return left + (bar_left if is_main else max(bar_left, stage_left))
 
     def _speed(self) -> float:
         """Return the duration of the stages that have ended over the expected one, near 1 for short ones."""

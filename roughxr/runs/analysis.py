@@ -40,9 +40,9 @@ from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities, Quantity, positive
 from .folder import notes, refuse_own_files, tables_text, write_figures, write_pages, write_tables
-from .options import check_output, read_adhesion
 from .parts import PARTS, SILENT, Part, Task
 from .plan import Plan, plan, usual_mesh
+from .run_options import check_output, read_adhesion
 
 
 def run(

@@ -432,8 +432,9 @@ def second_scan_factor(log: float, longest: float, second_longest: float, end: f
     octaves = unseen_octaves(longest, end)
     hidden = min(max(unseen_octaves(second_longest, end), _FEWEST_OCTAVES), octaves)
     below = one_scan_factor(hidden, SECOND_SCAN)
-    ends = np.hypot(_SECOND_OF_OCTAVE * (octaves - hidden), [below.below, below.above])
-    return RoughnessFactor(log + below.log, *ends.tolist(), SECOND_SCAN)
+    shown = _SECOND_OF_OCTAVE * (octaves - hidden)
+    lower, upper = (float(np.hypot(shown, distance)) for distance in (below.below, below.above))
+    return RoughnessFactor(log + below.log, lower, upper, SECOND_SCAN)
 
 
 def _measured_factor(measured: xr.Dataset, force_std: float) -> RoughnessFactor:
@@ -457,8 +458,8 @@ def _combined_factor(first: RoughnessFactor, second: RoughnessFactor) -> Roughne
     that of the second.
     """
     weights = np.array([first.error, second.error]) ** -2
-    means = np.average([first[:3], second[:3]], axis=0, weights=weights)
-    return RoughnessFactor(*means.tolist(), second.source)
+    log, below, above = np.average([first[:3], second[:3]], axis=0, weights=weights).tolist()
+    return RoughnessFactor(log, below, above, second.source)
 
 
 def second_scan_ratio(second: SecondScan, law: str) -> tuple[float, float]:

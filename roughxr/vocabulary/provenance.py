@@ -37,8 +37,10 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
     stated = flat({key: as_json(value) for key, value in arguments.items()})
     call = ", ".join(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in stated.items())
     line = f"roughxr {__version__}: {operation}({call})"
-    kept = {name: attrs[name] for name in ("title", "synthetic") if name in attrs}
-    out = ds.copy(deep=False).assign_attrs({**kept, **ds.attrs, "history": f"{before}\n{line}" if before else line})
+    inherited = {name: attrs[name] for name in ("title", "synthetic") if name in attrs}
+    out = ds.copy(deep=False).assign_attrs(
+        {**inherited, **ds.attrs, "history": f"{before}\n{line}" if before else line}
+    )
     for name in out.variables if "datum" in out.attrs else ():
         if str(name).endswith("delta"):
             out[name].attrs["datum"] = out.attrs["datum"]

@@ -85,8 +85,8 @@ def main():
         sample = str(shutil.copy(REPOSITORY / "datasets" / "rough.nc", elsewhere))
         print(f"{'processor s':32} {'first':>13} {'all':>13}")
         print(f"{'':32} {'wheel':>6} {'copy':>6} {'wheel':>6} {'copy':>6} {'ratio':>6}")
-        for name, (words, status) in COMMANDS.items():
-            arguments = [sample if word == "sample" else word for word in words]
+        for name, (command_words, status) in COMMANDS.items():
+            arguments = [sample if word == "sample" else word for word in command_words]
             spent = [
                 [processor_seconds(python, arguments, status, elsewhere, path) for path in ("", checkout)]
                 for _ in range(options.pairs)

@@ -265,8 +265,8 @@ class Surface:
                 if any("error" in result for result in results):
                     continue
                 fine, *shown = (np.array(result["each"], float).ravel() for result in results)
-                both = np.isfinite([fine, *shown]).all(axis=0)
-                ratio = float(np.log(fine[both].mean() / np.mean(shown, axis=0)[both].mean()))
+                adheres = np.isfinite([fine, *shown]).all(axis=0)
+                ratio = float(np.log(fine[adheres].mean() / np.mean(shown, axis=0)[adheres].mean()))
                 log = np.log(truth / self.mean(f"/{pixels}", lambda scan=image: scan))
                 longest = 2 * pixels * self.pixel
                 with_second = extrapolation.second_scan_factor(ratio, longest, second.shown_wavelength, self.end)
@@ -464,8 +464,8 @@ def print_varied(case, rows, training):
     for name, images in rows.items():
         others = (other for other_name, other in training.items() if other_name != name)
         constants = fitted(itertools.chain(*others))
-        known = [row for row in images if np.isfinite(row.log)]
-        inside += [constants.ends(row).low <= row.log <= constants.ends(row).high for row in known]
+        solved_images = [row for row in images if np.isfinite(row.log)]
+        inside += [constants.ends(row).low <= row.log <= constants.ends(row).high for row in solved_images]
     rms = [np.sqrt(np.nanmean([images[at].log ** 2 for images in rows.values()])) for at in range(len(PIXELS))]
     texts = "  ".join(f"{value:.2f}" for value in rms)
     print(f"\n{case}: {sum(inside)} of {len(inside)} inside; rms of ln(truth / image) by pixels {texts}")
