@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from roughxr.measured import curves_pull_off
 from roughxr.measured.baselines import extrapolated_level, last_step, sample_noise
 from roughxr.measured.force_curves import evaluated_retraction
 
-from .force_curves import fringes_without_pull, retraction_with_fringes
+from .force_curves import fringes_without_pull, retraction_with_fringes, soft_retractions
 
 
 def evaluated(curves):
@@ -224,3 +225,23 @@ def test_a_piezo_of_the_opposite_sign_gives_no_limit():
     approach = np.where(z > 700, z - 700, 0.0) + 0.01 * (force - force.mean())
     result = evaluated_retraction(z, approach[::-1], np.inf, 1.0)
     assert np.isnan(result.pull_off_at_most) and "the piezo may have the opposite sign" in result.reason
+
+
+def test_a_stated_stretch_is_the_baseline():
+    """A bend of 5 nN beside the contact is no baseline where the stretch beyond it is stated."""
+    rng = np.random.default_rng(12)
+    z = np.linspace(50.0, -950.0, 2000)
+    errors = []
+    for pull in (8.0, 12.0, 20.0, 30.0):
+        force = np.where(z > -pull / 2.0, 2.0 * z, 0.0) + 0.003 * z + 5.0 * np.exp(-(((z + 350.0) / 80.0) ** 2))
+        result = evaluated_retraction(z, force + rng.normal(0, 0.1, z.size), np.inf, (0.0, 0.4))
+        assert result.baseline_tilt == pytest.approx(0.003, abs=3e-4)
+        errors.append((result.pull_off_force - pull) / result.pull_off_standard_error)
+    assert np.abs(errors).max() < 3
+
+
+@pytest.mark.parametrize("baseline", [(0.4, 0.2), (0.0, 1.2), (-0.1, 0.5), (0.1, 0.2, 0.3), 0.0])
+def test_a_stretch_outside_the_travel_is_refused(baseline):
+    curves = soft_retractions(np.random.default_rng(0), np.zeros(1), 0.0, 5000.0)
+    with pytest.raises(ValueError, match="baseline: expected"):
+        curves_pull_off(curves, baseline=baseline)

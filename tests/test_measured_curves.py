@@ -112,7 +112,7 @@ def test_deflections_need_their_spring_constant():
     np.testing.assert_allclose(measured.pull_off_force, roughxr.measured.curves_pull_off(ds).pull_off_force)
 
 
-def test_a_baseline_that_is_not_straight_is_told_from_one_that_is_uncertain():
+def test_the_pull_on_a_bent_baseline_is_within_its_error_or_its_limit():
     ds = curves(20, noise=20.0)
     weak = ds.assign(force=ds.force - 0.3 * ds.force.where(ds.force < -1e9, 0.0))
     assert "" in set(roughxr.measured.curves_pull_off(weak, spring_constant=STIFFNESS).reason.values)
@@ -120,11 +120,9 @@ def test_a_baseline_that_is_not_straight_is_told_from_one_that_is_uncertain():
     measured = roughxr.measured.curves_pull_off(
         ds.assign(force=bent.transpose(*ds.force.dims).assign_attrs(units="nN"))
     )
-    assert set(measured.reason.values) <= {
-        "the baseline is curved by more than the pull of the surface",
-        "no pull exceeds the noise",
-    }
-    assert measured.pull_off_force.isnull().all()
+    off = np.abs(measured.pull_off_force - PULL) / measured.pull_off_standard_error
+    is_covered = (off < 2) | (measured.pull_off_at_most >= PULL)
+    assert is_covered.all()
 
 
 def test_a_force_that_falls_towards_the_surface_is_no_contact():

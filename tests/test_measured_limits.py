@@ -6,7 +6,7 @@ import pytest
 from roughxr.measured import curves_pull_off
 from roughxr.measured.baselines import sample_noise
 from roughxr.measured.force_curves import evaluated_retraction, retraction_pull
-from roughxr.measured.steps import contact_end, sharpest_step
+from roughxr.measured.sharp_steps import contact_end, sharpest_step
 
 from .force_curves import soft_retractions
 

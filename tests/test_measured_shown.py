@@ -1,5 +1,7 @@
 """Measured pull-offs at the command line and in figures."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -139,6 +141,26 @@ def test_a_folder_of_curves_in_tables_is_a_sample(run, capsys):
     np.testing.assert_allclose(roughxr.open_pull_off(table).pull_off_force, expected, atol=2.5)
     assert main(["compare", str(run), table, "--method", "energy"]) == 0
     assert "1 of 8 measured are limits, which count from 0" in capsys.readouterr().out
+
+
+def test_the_doubtful_curves_are_drawn_with_their_doubts(run, capsys, monkeypatch):
+    """Of a curve without a pull, the limit is drawn in place of the pull-off."""
+    piezo = np.linspace(60.0, -300.0, 361)
+    rng = np.random.default_rng(3)
+    files = []
+    for pull in (20.0, 0.0):
+        force = np.where(piezo > -pull / 2.0, 2.0 * piezo, 0.0) + rng.normal(0, 0.1, piezo.size)
+        files.append(str(run / f"doubtful{len(files)}.csv"))
+        rows = "\n".join(f"{z:.3f},{f:.6f}" for z, f in zip(piezo, force))
+        Path(files[-1]).write_text(f"piezo [nm],force [nN]\n{rows}\n")
+    drawn = []
+    monkeypatch.setattr(measurements, "save_picture", lambda figure, path: drawn.append(figure))
+    assert main(["measured", *files, "--baseline", "0", "0.4", "--picture", "curves.png"]) == 0
+    assert "1 used, 1 no pull exceeds the noise" in capsys.readouterr().out
+    titles = [ax.get_title(loc="left").replace("\n", " ") for ax in drawn[0].axes]
+    assert sorted(titles) == ["curve 0: no doubt", "curve 1: no pull exceeds the noise"]
+    labels = [text.get_text() for ax in drawn[0].axes for text in ax.get_legend().get_texts()]
+    assert sorted(label.split(" ")[0] for label in labels) == ["baseline", "baseline", "limit", "pull-off"]
 
 
 def test_quantiles_are_drawn_where_they_are():

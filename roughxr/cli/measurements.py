@@ -16,8 +16,10 @@ from matplotlib.figure import Figure
 from .. import archive, figures, statistics
 from .. import tables as exports
 from ..contact.mesh import Mesh, UnresolvedContact
-from ..measured import compare, curves_pull_off, fit_curve, fit_pair, open_curves, open_pull_off
+from ..figures.curve_panels import MOST_CURVES, doubtful_curves
+from ..measured import compare, fit_curve, fit_pair, open_curves, open_pull_off
 from ..measured.comparison import AS_SCANNED
+from ..measured.doubts import most_doubtful
 from ..report.summary import PLACES, with_few_digits
 from ..scans import UnreadableScan, regions
 from ..statistics.headline import best_estimate
@@ -34,11 +36,15 @@ def measurement(files: list[str], options: Namespace) -> xr.Dataset:
     """Return the measured pull-offs in files, read with the given options."""
     constant = options.spring_constant and words.number(options.spring_constant)
     known = {"units": options.units, "sensitivity": options.sensitivity, "spring_constant": constant}
-    if options.baseline is None:
-        stated = {"place_units": options.place_units, "pulls": options.pulls}
-        return open_pull_off(files, **image_options(options), **stated, **known)
-    curves = [curves_pull_off(open_curves(file, **known), baseline=options.baseline) for file in files]
-    return xr.concat(curves, "subregion", combine_attrs="drop_conflicts") if len(files) > 1 else curves[0]
+    known |= {"place_units": options.place_units, "pulls": options.pulls}
+    return open_pull_off(files, **image_options(options), **known, baseline=_baseline(options))
+
+
+def _baseline(options: Namespace) -> float | tuple[float, ...] | None:
+    """Return the share of the travel that may contain the baseline, or its two ends."""
+    if options.baseline is None or len(options.baseline) > 1:
+        return options.baseline and tuple(options.baseline)
+    return options.baseline[0]
 
 
 def describe(options: Namespace) -> None:
@@ -52,6 +58,15 @@ def describe(options: Namespace) -> None:
     print(f"values: {int(ds['pull_off_force'].count())} of {ds['pull_off_force'].size} rows, curves or pixels")
     if "reason" in ds:
         _print_curves(ds, "used")
+    _print_sample(ds)
+    if options.output:
+        print(f"written to {exports.to_table(with_few_digits(ds), options.output)}")
+    if options.picture:
+        _draw_doubtful(ds, options)
+
+
+def _print_sample(ds: xr.Dataset) -> None:
+    """Print the statistics of pull-off forces, at each condition where there are several, or the only force."""
     bounds = sample_bounds(ds, "pull_off_force")
     low, high = bounds[:, np.isfinite(bounds[0])]
     if low.size == 1 and low[0] < high[0]:
@@ -69,8 +84,24 @@ def describe(options: Namespace) -> None:
             _print_statistics(statistics.bootstrap(part, "pull_off_force"))
     elif low.size:
         _print_statistics(statistics.bootstrap(ds, "pull_off_force"))
-    if options.output:
-        print(f"written to {exports.to_table(with_few_digits(ds), options.output)}")
+
+
+def _draw_doubtful(ds: xr.Dataset, options: Namespace) -> None:
+    """Draw the most doubtful curves of the files."""
+    if "reason" not in ds:
+        raise Refusal("--picture", "force-distance curves", ds.attrs["measured"], "leave --picture out")
+    constant = options.spring_constant and words.number(options.spring_constant)
+    numbers = most_doubtful(ds, MOST_CURVES)
+    curves = {}
+    first = 0
+    for file in options.file:
+        opened = open_curves(file, units=options.units, sensitivity=options.sensitivity, spring_constant=constant)
+        count = opened.sizes.get("subregion", 1)
+        for place in numbers[(numbers >= first) & (numbers < first + count)]:
+            curves[place] = opened.isel(subregion=place - first) if "subregion" in opened.dims else opened
+        first += count
+    figure = doubtful_curves([curves[place] for place in numbers], ds.isel(subregion=numbers))
+    save_picture(figure, options.picture)
 
 
 def _print_statistics(table: xr.Dataset) -> None:

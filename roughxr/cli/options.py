@@ -280,6 +280,7 @@ def _measurements(commands: Any) -> None:
     help = "of curves on a flat, nm: fit modulus and work of adhesion, which are then printed and written"
     _add(command, ("--sphere-radius", "R", help))
     _add(command, ("-o --output", "TABLE", "write the forces as a table, OUT.csv or OUT.xlsx"))
+    _add(command, ("--picture", "PNG", "draw the twelve most doubtful curves, with the reasons for the doubts"))
     _flag(command, "-q --quiet", _QUIET)
     does = "compare the pull-off forces of a run with measured ones"
     command = _command(commands, "compare", "measurements:compare_with_run", does)
@@ -358,9 +359,10 @@ def _add_measurement(command: Any) -> None:
     )
     _add(group, ("--pulls", None, "sign of pull-off forces in the file"), choices=("positive", "negative"))
     help = (
-        "for force curves: part of the travel, from its far end, that may contain the baseline; default: 1, all of it"
+        "for force curves: part of the travel, from its far end, that may contain the baseline; default: 1, all of it; "
+        "or its two ends, such as 0 0.4"
     )
-    _add(group, ("--baseline", "PART", help), type=float)
+    group.add_argument("--baseline", nargs="+", type=float, metavar="PART", help=help)
 
 
 def _add_reading_options(command: Any) -> list[argparse.Action]:

@@ -172,16 +172,18 @@ def _fitted_line(z: np.ndarray, force: np.ndarray, variance: float, count: int) 
     return Baseline(centre, level, tilt, level_error, tilt_error, float(z[-1]))
 
 
-def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float) -> Baseline:
+def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float, *, shortest: float = 0.15) -> Baseline:
     """Return the line through a stretch from the far end that predicts the force at a travel ``at`` best.
+
+    ``shortest`` is the smallest length of the stretch over that of the samples.
 
     Interference about the line counts as if its phase there were unknown, and as if it had a period or two.
     """
     width = max(1, z.size // _BINS)
     x, y = bin_means(z, width)[::-1], bin_means(force, width)[::-1]
     x = x - x[0]
-    # 24 stretches, the shortest 0.15 of all, of which the one with the least error is taken
-    counts = np.unique(np.geomspace(max(0.15 * x.size, min(_LEAST_BINS, x.size)), x.size, 24).astype(int))
+    # 24 stretches, of which the one with the least error is taken
+    counts = np.unique(np.geomspace(max(shortest * x.size, min(_LEAST_BINS, x.size)), x.size, 24).astype(int))
     sums = np.cumsum(np.stack([x, x**2, y, x * y, y**2]), axis=1)[:, counts - 1] / counts
     variance_x, variance_y = sums[1] - sums[0] ** 2, sums[4] - sums[2] ** 2
     tilt = (sums[3] - sums[0] * sums[2]) / np.maximum(variance_x, 1e-300)

@@ -26,7 +26,7 @@ from .baselines import (
     white_noise,
     with_choice_error,
 )
-from .steps import Step, contact_end, sharpest_step, smallest_detected_pull
+from .sharp_steps import Step, contact_end, sharpest_step, smallest_detected_pull
 
 #: Smallest numbers of samples: of a retraction, of its baseline, and of the part in contact.
 _LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
@@ -56,6 +56,10 @@ _NOT_PRESSED = "the force is lowest at the first sample; it may have the opposit
 #: A rupture: samples before and after it, and its height in standard deviations of their difference; a steady change
 #: of the force is at most this part as high on either side.
 _RUPTURE_SAMPLES, _RUPTURE_SIGNIFICANCE, _STEADY = 4, 6.0, 0.5
+
+
+#: Share of the travel that may contain the baseline, or the two shares between which it lies, from the far end.
+_Stretch = float | tuple[float, float]
 
 
 class ImplausibleCurves(UserWarning):
@@ -89,7 +93,9 @@ class _CurveResults(NamedTuple):
     reason: str = ""
 
 
-def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, baseline: float = 1.0) -> xr.Dataset:
+def curves_pull_off(
+    ds: xr.Dataset, *, spring_constant: Quantity | None = None, baseline: float | tuple[float, float] = 1.0
+) -> xr.Dataset:
     """Return the pull-off forces of force-distance curves.
 
     Parameters
@@ -101,8 +107,10 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
     spring_constant : number or quantity, optional
         N/m, if ``ds`` does not state it; needed for deflections. For forces it is used to subtract the bending of the
         cantilever from the distance.
-    baseline : float
-        Share of the travel, farthest from the surface, that may contain the baseline.
+    baseline : float or pair of floats
+        Share of the travel, farthest from the surface, that may contain the baseline. Or the baseline itself, (from,
+        to): the stretch between two shares of the travel, from the far end, through which a straight line is the
+        baseline, such as (0, 0.4) for the farthest 40 %.
 
     Returns
     -------
@@ -161,18 +169,29 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
     (True, 2.0)
     """
     ds = schema.entered_dataset(ds, "force_curve")
-    single(baseline, "1", "baseline", "a share of the travel", lambda share: 0 < share <= 1)
+    stretch = _stated_stretch(baseline)
     recorded, stiffness = recorded_curves(ds, spring_constant)
     retraction = recorded.sel(branch="retraction") if "branch" in recorded.dims else recorded
     pulls = [
-        evaluated_retraction(z, f, stiffness, baseline)
+        evaluated_retraction(z, f, stiffness, stretch)
         for z, f in zip(retraction["piezo"].values, retraction["force"].values)
     ]
     out = at_places(dict(zip(_CurveResults._fields, map(list, zip(*pulls)))), ds)
     _warn_of_slope(out["contact_slope"].values, stiffness)
-    out.attrs = {"measured": "force-distance curves", "baseline": baseline, "missing": "NaN where reason says why"}
+    out.attrs = {"measured": "force-distance curves", "baseline": stretch, "missing": "NaN where reason says why"}
     out.attrs |= {} if np.isinf(stiffness) else {"spring_constant": stiffness}
     return schema.record(schema.label(out), "curves_pull_off", ds, spring_constant=spring_constant, baseline=baseline)
+
+
+def _stated_stretch(baseline: Any) -> float | tuple[float, float]:
+    """Return the share of the travel that may contain the baseline, or the ends of the baseline; raise if wrong."""
+    if not isinstance(baseline, (tuple, list, np.ndarray)):
+        return single(baseline, "1", "baseline", "a share of the travel, or two", lambda share: 0 < share <= 1)
+    if len(baseline) == 2:
+        near_end = single(baseline[1], "1", "baseline", "a share of the travel", lambda share: 0 < share <= 1)
+        expected = f"a share of the travel below {near_end:g}"
+        return single(baseline[0], "1", "baseline", expected, lambda share: 0 <= share < near_end), near_end
+    raise Refusal("baseline", "one share of the travel, or two", f"{len(baseline)}")
 
 
 def at_places(columns: Mapping[str, Any], ds: xr.Dataset) -> xr.Dataset:
@@ -229,7 +248,7 @@ def _stiffness(ds: xr.Dataset, spring_constant: Any) -> float:
     return stiffness
 
 
-def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _CurveResults:
+def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, share: _Stretch) -> _CurveResults:
     """Return the results of one retraction."""
     time = np.flatnonzero(np.isfinite(z) & np.isfinite(force))
     z = z[time]
@@ -275,7 +294,7 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
     )
 
 
-def _detection_limit(z: np.ndarray, force: np.ndarray, share: float, pull: Pull, flat: np.ndarray) -> float:
+def _detection_limit(z: np.ndarray, force: np.ndarray, share: _Stretch, pull: Pull, flat: np.ndarray) -> float:
     """Return the smallest pull that would be detected in a retraction, nN."""
     # a pull that exceeds its threshold by this factor exceeds the smallest detected one
     if pull.is_measured and (pull.depth > 4 * pull.threshold or flat.size - pull.end < _LEAST_SAMPLES):
@@ -317,7 +336,7 @@ class Pull(NamedTuple):
 
     @property
     def is_measured(self) -> bool:
-        """Whether the force is lower than noise and baseline explain, or rises in a step."""
+        """Whether the force is lower than noise and baseline explain, or rises in a higher step."""
         return self.step is not None or self.depth >= self.threshold
 
     @property
@@ -328,8 +347,10 @@ class Pull(NamedTuple):
         return max(_SIGNIFICANCE * self.line.noise, self.significance * self.error)
 
 
-def retraction_pull(z: np.ndarray, force: np.ndarray, share: float, ruptures: list[_Rupture] | None = None) -> Pull:
+def retraction_pull(z: np.ndarray, force: np.ndarray, share: _Stretch, ruptures: list[_Rupture] | None = None) -> Pull:
     """Return the lowest force of a retraction, above the baseline whose error holds there."""
+    if isinstance(share, tuple):
+        return _pull_above_stretch(z, force, share)
     ruptures = _ruptures(force) if ruptures is None else ruptures
     lowest, recovery = _lowest_sample(force)
     # a later loss of tension counts if it is this share of the depth
@@ -350,6 +371,30 @@ def retraction_pull(z: np.ndarray, force: np.ndarray, share: float, ruptures: li
     if step is not None and step.first > far.start:
         pulls.append(_pull_at(z, force, _foot(force, step.first), far, step))
     return next((candidate for candidate in pulls if candidate.is_measured), pull)
+
+
+def _pull_above_stretch(z: np.ndarray, force: np.ndarray, stretch: tuple[float, float]) -> Pull:
+    """Return the lowest force before a stretch, above the straight line through the stretch."""
+    far = _in_stretch(z, stretch)
+    first = int(np.argmax(far))
+    noise = sample_noise(force)
+
+    def line_at(travel: float) -> Baseline:
+        return least_error_line(z[far], force[far], noise, travel, shortest=1.0)
+
+    flat = force - line_at(float(z[first])).force(z)
+    lowest = int(np.argmin(flat[: max(first, 1)]))
+    line = line_at(float(z[lowest]))
+    depth = float(line.force(z[lowest]) - force[lowest])
+    end = _detachment_sample(force, lowest, noise)
+    return Pull(lowest, depth, line, line.error(z[lowest]), _BASELINE_SIGNIFICANCE, end)
+
+
+def _in_stretch(z: np.ndarray, share: _Stretch) -> np.ndarray:
+    """Return which samples lie in a stretch, or in a share of the travel from its far end."""
+    far_end, near_end = share if isinstance(share, tuple) else (0.0, share)
+    position = (z - z.min()) / np.ptp(z)
+    return (position >= far_end) & (position <= near_end)
 
 
 def _foot(force: np.ndarray, end: int) -> int:
@@ -537,13 +582,13 @@ def _ruptures(force: np.ndarray) -> list[_Rupture]:
     return [_Rupture(int(end) + n, float(rise[start:end].max())) for start, end in zip(edges[::2], edges[1::2])]
 
 
-def _unusable(z: np.ndarray, share: float) -> str:
+def _unusable(z: np.ndarray, share: _Stretch) -> str:
     """Return why a retraction with this travel cannot be used, else empty."""
     if z.size < _LEAST_SAMPLES:
         return f"fewer than {_LEAST_SAMPLES} samples"
     if z[0] <= z[-1]:
         return "the piezo does not retract from the first sample to the last"
-    in_baseline = int((z < z.min() + share * np.ptp(z)).sum())
+    in_baseline = int(_in_stretch(z, share).sum())
     return f"fewer than {_LEAST_BASELINE} samples in the baseline" if in_baseline < _LEAST_BASELINE else ""
 
 

@@ -50,6 +50,7 @@ def open_pull_off(
     sensitivity: Quantity | None = None,
     spring_constant: Quantity | None = None,
     pulls: str | None = None,
+    baseline: float | tuple[float, float] | None = None,
 ) -> xr.Dataset:
     """Open measured pull-off forces: a table, an adhesion image of an AFM file, or force-distance curves.
 
@@ -76,6 +77,8 @@ def open_pull_off(
         For deflections, and with a sensitivity in nm/V: N/m.
     pulls : {"positive", "negative"}, optional
         The sign of adhesion in the file; needed if there are values of both signs.
+    baseline : float or pair of floats, optional
+        For curves, as in `curves_pull_off`: the share of the travel that may contain the baseline, or its two ends.
 
     Returns
     -------
@@ -107,8 +110,9 @@ def open_pull_off(
     calibration = Calibration(units, sensitivity, spring_constant, pulls)
     image = _Selection(channel, scan_direction, size)
     paths = [path] if isinstance(path, (str, os.PathLike)) else list(path)
-    ds = _concatenated(paths, [_read_file(files.regular_file(file), image, place_units, calibration) for file in paths])
-    options = {**image._asdict(), **calibration._asdict(), "place_units": place_units}
+    datasets = [_read_file(files.regular_file(file), image, place_units, calibration, baseline) for file in paths]
+    ds = _concatenated(paths, datasets)
+    options = {**image._asdict(), **calibration._asdict(), "place_units": place_units, "baseline": baseline}
     return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **options)
 
 
@@ -144,10 +148,12 @@ class _Selection(NamedTuple):
     size: Any
 
 
-def _read_file(path: Path, image: _Selection, place_units: str | None, calibration: Calibration) -> xr.Dataset:
+def _read_file(
+    path: Path, image: _Selection, place_units: str | None, calibration: Calibration, baseline: Any
+) -> xr.Dataset:
     """Return the pull-off forces of one file."""
     if is_spreadsheet(path):
-        return _with_source(path, _read_force_table(path, image, place_units, calibration))
+        return _with_source(path, _read_force_table(path, image, place_units, calibration, baseline))
     family, read = files.reader_of(path)
     kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, calibration)
     if family == "netcdf" and kind is None:
@@ -156,11 +162,11 @@ def _read_file(path: Path, image: _Selection, place_units: str | None, calibrati
         )
     if kind is not None:
         schema.refuse_unused("force-distance curves", **{**image._asdict(), "place_units": place_units})
-        ds = _read_curve_file(path, kind, calibration)
+        ds = _read_curve_file(path, kind, calibration, baseline)
     elif family == "text" and image.size is None and not _is_matrix(path):
-        ds = _read_force_table(path, image, place_units, calibration)
+        ds = _read_force_table(path, image, place_units, calibration, baseline)
     else:
-        schema.refuse_unused("an adhesion image", place_units=place_units)
+        schema.refuse_unused("an adhesion image", place_units=place_units, baseline=baseline)
         code, channels = files.images(path, family, read)
         with files.recognized(path, code):
             chosen = with_vendor_scale(
@@ -179,17 +185,23 @@ def _with_source(path: Path, ds: xr.Dataset) -> xr.Dataset:
     return ds.assign_attrs(missing=missing, **source)
 
 
-def _read_curve_file(path: Path, kind: str, given: Calibration) -> xr.Dataset:
+def _read_curve_file(path: Path, kind: str, given: Calibration, baseline: Any) -> xr.Dataset:
     """Return the pull-off forces of a file's curves, read in parts to save memory."""
     file = open_curve_file(path, kind, given)
     parts = []
     with subregion_bar(len(file.curves), label=path.name) as bar:
         for first in range(0, len(file.curves), _CURVES_IN_MEMORY):
-            parts.append(curves_pull_off(schema.label(read_curves(file, first, first + _CURVES_IN_MEMORY))))
+            curves = schema.label(read_curves(file, first, first + _CURVES_IN_MEMORY))
+            parts.append(curves_pull_off(curves, baseline=_default_share(baseline)))
             bar.update(parts[-1].sizes["subregion"])
     ds = xr.concat(parts, "subregion", coords="minimal", compat="override", join="override", combine_attrs="override")
     ds.attrs.pop("history")  # of one part
     return ds.assign_attrs(source_format=file.format, **calibration(file))
+
+
+def _default_share(baseline: Any) -> Any:
+    """Return the stated baseline, by default the whole travel, which may contain it."""
+    return 1.0 if baseline is None else baseline
 
 
 def _unusable_reasons(ds: xr.Dataset) -> str:
@@ -208,12 +220,16 @@ def _is_matrix(path: Path) -> bool:
     return stated or bool(gwyddion_header(comments))
 
 
-def _read_force_table(path: Path, image: _Selection, place_units: str | None, calibration: Calibration) -> xr.Dataset:
+def _read_force_table(
+    path: Path, image: _Selection, place_units: str | None, calibration: Calibration, baseline: Any
+) -> xr.Dataset:
     schema.refuse_unused("a table", scan_direction=image.scan_direction, size=image.size)
     columns = files.guarded(path, read_table, path, pull_offs=True)
     if image.channel is None and any(column.name.lower() == "piezo" for column in columns):
         schema.refuse_unused("a force-distance curve", place_units=place_units, pulls=calibration.pulls)
-        return curves_pull_off(schema.label(read_curve_table(path, None, calibration)))
+        curve = schema.label(read_curve_table(path, None, calibration))
+        return curves_pull_off(curve, baseline=_default_share(baseline))
+    schema.refuse_unused("a table of forces", baseline=baseline)
     column = force_column(path, columns, image.channel)
     values, how = _pull_off_magnitudes(path, column.values, column.units, calibration)
     ds = xr.Dataset({"pull_off_force": ("subregion", values)})
