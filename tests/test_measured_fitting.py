@@ -1,5 +1,7 @@
 """The work of adhesion with which forces were made by the simulation is found, and its interval holds it."""
 
+import warnings
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -41,7 +43,9 @@ def fits():
     for seed in range(5):
         ds = surface(seed)
         measured = measured_on(ds, seed)
-        fitted.append((ds, measured, roughxr.fit_pair(ds, measured, subregions=(3, 3), **QUICK)))
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "1 of 9 subregions have a range")  # at works that the search passes
+            fitted.append((ds, measured, roughxr.fit_pair(ds, measured, subregions=(3, 3), **QUICK)))
     return fitted
 
 

@@ -105,7 +105,8 @@ def test_values_within_bounds_have_no_smaller_or_larger_spread():
 def test_curves_that_all_give_limits_have_an_answer():
     rng = np.random.default_rng(0)
     mean = curves_pull_off(weak_retractions(rng, np.zeros(12))).contact.answer()
-    assert float(mean.low) == 0 and 5 < float(mean.high) < 10 and np.isnan(mean.pull_off_force)
+    # a jump is seen from some four times the noise of 1 nN on
+    assert float(mean.low) == 0 and 3 < float(mean.high) < 6 and np.isnan(mean.pull_off_force)
     assert "as measured" in mean.sentence and "12 of 12 below" in mean.sentence
     assert "surface as scanned" not in mean.sentence
 

@@ -22,7 +22,7 @@ def force_over_pixel(ds: xr.Dataset, *, ax: Axes | None = None):
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=300, materials="glass")
     >>> real = scan.contact.extrapolated(subregions=(3, 3), mesh=2, places=1)
     >>> roughxr.figures.force_over_pixel(real).get_xlabel()
     'pixel size [nm]'
