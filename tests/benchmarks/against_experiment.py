@@ -284,11 +284,11 @@ def unequal_spheres(seed, cells, *, rms, hurst, rolloff, fine, work, own_rms, ow
     quantities = []
     for radius in (5000.0, 10_000.0):
         radii = radius * sizes**size
-        spheres = [moments(catalogue, own, work, (4, 4)) for catalogue, own in zip(catalogues, radii)]
-        left = np.mean([remaining(held) for held in spheres], axis=0)
-        tangential = np.mean([held.resisting_moment.mean() / own for held, own in zip(spheres, radii)])
+        spheres = [moments(catalogue, radii_of_sphere, work, (4, 4)) for catalogue, radii_of_sphere in zip(catalogues, radii)]
+        remaining_share = np.mean([remaining(held) for held in spheres], axis=0)
+        tangential = np.mean([held.resisting_moment.mean() / radii_of_sphere for held, radii_of_sphere in zip(spheres, radii)])
         normal_force = np.mean([held.pull_off_force.mean() for held in spheres])
-        quantities += reeks_hall.half_and_spread(reeks_hall.SPEEDS, left)
+        quantities += reeks_hall.half_and_spread(reeks_hall.SPEEDS, remaining_share)
         quantities.append(tangential / normal_force)
     return tuple(quantities)
 
