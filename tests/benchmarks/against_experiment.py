@@ -284,9 +284,9 @@ def unequal_spheres(seed, cells, *, rms, hurst, rolloff, fine, work, own_rms, ow
     quantities = []
     for radius in (5000.0, 10_000.0):
         radii = radius * sizes**size
-        spheres = [moments(catalogue, radii_of_sphere, work, (4, 4)) for catalogue, radii_of_sphere in zip(catalogues, radii)]
+        spheres = [moments(catalogue, length, work, (4, 4)) for catalogue, length in zip(catalogues, radii)]
         remaining_share = np.mean([remaining(held) for held in spheres], axis=0)
-        tangential = np.mean([held.resisting_moment.mean() / radii_of_sphere for held, radii_of_sphere in zip(spheres, radii)])
+        tangential = np.mean([held.resisting_moment.mean() / length for held, length in zip(spheres, radii)])
         normal_force = np.mean([held.pull_off_force.mean() for held in spheres])
         quantities += reeks_hall.half_and_spread(reeks_hall.SPEEDS, remaining_share)
         quantities.append(tangential / normal_force)
