@@ -1,0 +1,232 @@
+"""A soft contact as one region, by the front that bounds it (``kernels.adhesion.front``), in place of cells.
+
+A place is solved on points along radii and angles about the middle of its contact. Their spacing follows the scan's
+pixels. The pull-off is solved again with half the points, with twice the step and on heights that splines interpolate;
+the changes are its errors.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernels.adhesion import front
+from ..kernels.topography.interpolation import bicubic_spline
+from .adhesion_on_cells import Adhesion
+from .problem import Place, Problem, Surface, cell_axes, surface_at
+from .refinement import LARGEST_SETTLING
+
+#: Cells along a side of a pixel from which the heights between the points are interpolated.
+_CELLS = 2
+
+#: Points along a radius, and along the edge of JKR's contact, to a pixel.
+_RADII = 2.0
+_ANGLES = 1.0
+
+#: Fewest and most angles, and most radii.
+_FEWEST_ANGLES = 64
+_MOST_ANGLES = 512
+_MOST_RADII = 500
+
+#: Step of the displacement, as a part of the length (π²w²R/E*²)^{1/3} of a sphere's retraction.
+_STEP = 0.02
+
+#: Largest radius of the points, over that of JKR's contact under the largest load.
+_WINDOW = 1.7
+
+#: Largest distance of the points' middle from that of the contact, over its radius, and most attempts.
+_CENTRED = 0.1
+_MOST_CENTRINGS = 4
+
+#: Largest standard deviation of an edge's radius over its mean, and largest second order over w, of a valid edge.
+_LARGEST_SPREAD = 0.3
+_LARGEST_SECOND_ORDER = 0.15
+
+#: Stated error over the second order, and least stated error, relative.
+_SECOND_ORDER_ERROR = 1.0
+_LEAST_ERROR = 0.006
+
+
+class Points(NamedTuple):
+    """The points of a solution and the step of its displacement."""
+
+    middle: tuple[float, float]  # of the contact, nm from the contact centre
+    radius: float  # nm, largest
+    spacing: float  # nm
+    angles: int
+    step: float  # nm
+
+    @property
+    def halved(self) -> Points:
+        """Half as many points along radii and angles, and twice the step."""
+        return self._replace(spacing=2 * self.spacing, angles=self.angles // 2, step=2 * self.step)
+
+
+def landscape_at(surface: Surface, axes: tuple[np.ndarray, np.ndarray], points: Points) -> front.Landscape:
+    """Return the landscape of a surface on cells, whose centres lie at ``axes`` (nm from the contact centre)."""
+    separation = surface.separation
+    separation = np.where(np.isfinite(separation), separation, separation[np.isfinite(separation)].max())
+    between = bicubic_spline(*axes, separation)
+    r = np.arange(0.0, points.radius, points.spacing)
+    angle = 2 * np.pi * np.arange(points.angles) / points.angles
+    along_x, along_y = np.cos(angle), np.sin(angle)
+    x = points.middle[0] + r[:, None] * along_x
+    y = points.middle[1] + r[:, None] * along_y
+    slope = between.ev(x, y, dx=1) * along_x + between.ev(x, y, dy=1) * along_y
+    return front.landscape(r, between.ev(x, y), slope)
+
+
+class Unfollowed(Exception):
+    """The contact of a place is not followed as one region: it finds no rest, or reaches the ends of the points."""
+
+
+class Cycle(NamedTuple):
+    """The states of one cycle."""
+
+    loading: list[front.State]
+    retraction: list[front.State]
+
+    @property
+    def turn(self) -> front.State:
+        """The state in which the sphere turns back."""
+        return self.loading[-1]
+
+    @property
+    def pull_off(self) -> front.State:
+        """The state of the largest tension."""
+        return min([self.turn, *self.retraction], key=lambda state: state.force)
+
+
+class FrontCycles(NamedTuple):
+    """The cycles of one place, one for each preload, in nm below the datum and nN."""
+
+    surface: Surface
+    points: Points
+    cycles: list[Cycle]
+    pressed: np.ndarray  # pull-offs after the sphere was pressed as hard as it holds, nN
+    errors: dict[str, np.ndarray]  # of the pull-offs by points and step, and by interpolation; relative
+
+    @property
+    def pull_offs(self) -> np.ndarray:
+        """The pull-off forces of all cycles, nN."""
+        return _pull_offs(self.cycles)
+
+    @property
+    def pull_off_errors(self) -> np.ndarray:
+        """The stated errors of the pull-offs without their changes by pressing, relative."""
+        second_order = np.array([cycle.pull_off.second_order for cycle in self.cycles])
+        parts = [_LEAST_ERROR, _SECOND_ORDER_ERROR * second_order, *self.errors.values()]
+        return np.sqrt(sum(part**2 for part in parts))
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether the edges of all cycles are so near to circles that the perturbation holds."""
+        states = [state for cycle in self.cycles for state in (cycle.turn, cycle.pull_off)]
+        spread = max(float(state.radius.std() / state.radius.mean()) for state in states)
+        return spread <= _LARGEST_SPREAD and max(state.second_order for state in states) <= _LARGEST_SECOND_ORDER
+
+
+def front_cycles(place: Place, problem: Problem, adhesion: Adhesion) -> FrontCycles:
+    """Return the cycles of one place to each preload and the errors of their pull-offs; raises `Unfollowed`."""
+    surfaces = [surface_at(place, problem._replace(refine=_CELLS, splined=splined)) for splined in (False, True)]
+    axes = cell_axes(place, problem._replace(refine=_CELLS))
+
+    def edge_of(points: Points, splined: bool = False) -> front.Front:
+        return front.Front(landscape_at(surfaces[splined], axes, points), problem.contact_modulus, adhesion.work)
+
+    points = _usual_points(problem, adhesion, axes)
+    for _ in range(_MOST_CENTRINGS):
+        coarse = edge_of(points.halved)
+        coarse_cycles = _cycles(coarse, points.halved.step, adhesion.preloads)
+        shift, radius = _middle(coarse_cycles[-1].pull_off.radius)
+        if np.hypot(*shift) < _CENTRED * radius:
+            break
+        middle = points.middle[0] + shift[0], points.middle[1] + shift[1]
+        points = _within(points._replace(middle=middle), axes)
+    coarse_pulls = _pull_offs(coarse_cycles)
+    pressed = _pressed_pull_offs(coarse, points.halved.step, coarse_cycles, adhesion.preloads) / coarse_pulls
+    cycles = _cycles(edge_of(points), points.step, adhesion.preloads)
+    pulls = _pull_offs(cycles)
+    splined = _cycles(edge_of(points.halved, splined=True), points.halved.step, adhesion.preloads)
+    errors = {
+        "mesh_error": np.abs(coarse_pulls / pulls - 1),
+        "interpolation_error": np.abs(_pull_offs(splined) / coarse_pulls - 1),
+    }
+    return FrontCycles(surfaces[0], points, cycles, pressed * pulls, errors)
+
+
+def _pull_offs(cycles: list[Cycle]) -> np.ndarray:
+    """Return the pull-off forces of cycles, nN."""
+    return np.array([-cycle.pull_off.force for cycle in cycles])
+
+
+def _usual_points(problem: Problem, adhesion: Adhesion, axes: tuple[np.ndarray, np.ndarray]) -> Points:
+    """Return the usual points about the contact centre."""
+    radius = problem.indenter.radius
+    modulus = problem.contact_modulus
+    work = adhesion.work
+    contact = _jkr_radius(max(adhesion.preloads[-1], 0.0), radius, modulus, work)
+    spacing = max(problem.pixel / _RADII, contact / _MOST_RADII)
+    angles = 4 * int(np.clip(2 * np.pi * contact * _ANGLES / problem.pixel, _FEWEST_ANGLES, _MOST_ANGLES) / 4)
+    step = _STEP * float(np.cbrt(np.pi**2 * work**2 * radius / modulus**2))
+    return _within(Points((0.0, 0.0), _WINDOW * contact, spacing, angles, step), axes)
+
+
+def _within(points: Points, axes: tuple[np.ndarray, np.ndarray]) -> Points:
+    """Return points that lie within the cells."""
+    nearest = min(min(at - cells[0], cells[-1] - at) for at, cells in zip(points.middle, axes))
+    return points._replace(radius=min(points.radius, float(nearest)))
+
+
+def _jkr_radius(load: float, radius: float, modulus: float, work: float) -> float:
+    """Return the radius (nm) of JKR's contact under a load (nN)."""
+    adhesion = 3 * np.pi * work * radius
+    return float(np.cbrt(0.75 * radius / modulus * (load + adhesion + np.sqrt(adhesion * (2 * load + adhesion)))))
+
+
+def _middle(radius: np.ndarray) -> tuple[tuple[float, float], float]:
+    """Return the centroid of a region by its radius along the edge, and its mean radius."""
+    angle = 2 * np.pi * np.arange(radius.size) / radius.size
+    area = np.mean(radius**2)
+    x, y = (float(np.mean(radius**3 * wave(angle)) / (1.5 * area)) for wave in (np.cos, np.sin))
+    return (x, y), float(radius.mean())
+
+
+def _cycles(edge: front.Front, step: float, preloads: np.ndarray) -> list[Cycle]:
+    """Return the cycles to each preload, nN, which share their loading."""
+    delta = float(edge.shape.edge_delta[0].mean())
+    loading: list[front.State] = []
+    cycles = []
+    for preload in preloads:
+        cycles.append(_cycle(edge, loading, delta, step, preload))
+        loading = cycles[-1].loading
+        delta = loading[-1].delta
+    return cycles
+
+
+def _pressed_pull_offs(edge: front.Front, step: float, cycles: list[Cycle], preloads: np.ndarray) -> np.ndarray:
+    """Return the pull-offs (nN) of cycles once the sphere was pressed as hard as it holds, beyond the last cycle."""
+    pulls = _pull_offs(cycles)
+    load = float(preloads[-1])
+    pressed = float(pulls.max())
+    is_light = preloads < pressed
+    loading = cycles[-1].loading
+    while pressed > (1 + LARGEST_SETTLING) * load:
+        load = pressed
+        harder = _cycle(edge, loading, loading[-1].delta, step, load)
+        loading = harder.loading
+        pressed = -harder.pull_off.force
+    return np.where(is_light, pressed, pulls)
+
+
+def _cycle(edge: front.Front, loading: list[front.State], delta: float, step: float, preload: float) -> Cycle:
+    """Return the cycle to a preload (nN) that continues a loading; the edge stays where it turns back."""
+    states, result = front.approach(edge, delta, step, preload)
+    if result != front.AT_REST:
+        raise Unfollowed
+    retraction, result = front.retraction(edge, states[-1].delta, step)
+    if result != front.LOST:
+        raise Unfollowed
+    edge.radius = states[-1].radius
+    return Cycle(loading + states, retraction)
