@@ -40,11 +40,16 @@ def measurement(files: list[str], options: Namespace) -> xr.Dataset:
     return open_pull_off(files, **image_options(options), **known, baseline=_baseline(options))
 
 
-def _baseline(options: Namespace) -> float | tuple[float, ...] | None:
+def _baseline(options: Namespace) -> float | tuple[float, float] | None:
     """Return the share of the travel that may contain the baseline, or its two ends."""
-    if options.baseline is None or len(options.baseline) > 1:
-        return options.baseline and tuple(options.baseline)
-    return options.baseline[0]
+    if options.baseline is None:
+        return None
+    if len(options.baseline) == 1:
+        return options.baseline[0]
+    if len(options.baseline) > 2:
+        raise Refusal("--baseline", "a part of the travel, or its two ends", f"{len(options.baseline)} numbers")
+    nearest, farthest = options.baseline
+    return nearest, farthest
 
 
 def describe(options: Namespace) -> None:

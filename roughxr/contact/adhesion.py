@@ -124,7 +124,7 @@ def adhesive(
     """
     if preload is not None and delta is not None:
         raise Refusal("", "either preload or delta", "both")
-    how = {"law": law, "mesh": mesh, "datum": datum, "cycles": cycles, "fields": fields}
+    how: dict[str, Any] = {"law": law, "mesh": mesh, "datum": datum, "cycles": cycles, "fields": fields}
     return _solution(specimen_of(ds), preload, delta, subregions, **how)
 
 
@@ -135,7 +135,7 @@ def adhesive_and_moments(
 
     ``options`` are places, law and mesh. Levers then have errors, which `rolling` of fields cannot state.
     """
-    if np.ndim(preload):
+    if np.ndim(preload):  # type: ignore[arg-type]
         raise Refusal("preload", "one number", "several of them")
     return split_moments(_solution(specimen_of(ds), preload, directions=read_directions(directions), **options))
 

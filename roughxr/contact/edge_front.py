@@ -116,8 +116,10 @@ class FrontCycles(NamedTuple):
     def pull_off_errors(self) -> np.ndarray:
         """The stated errors of the pull-offs without their changes by pressing, relative."""
         second_order = np.array([cycle.pull_off.second_order for cycle in self.cycles])
-        parts = [_LEAST_ERROR, _SECOND_ORDER_ERROR * second_order, *self.errors.values()]
-        return np.sqrt(sum(part**2 for part in parts))
+        squares = _LEAST_ERROR**2 + (_SECOND_ORDER_ERROR * second_order) ** 2
+        for error in self.errors.values():
+            squares = squares + error**2
+        return np.sqrt(squares)
 
     @property
     def is_valid(self) -> bool:

@@ -141,7 +141,7 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
     options = task.options
     if task.has_sphere:
         refuse_soft(specimen)
-    how = {"preload": plan.preload, "law": plan.law}
+    how: dict[str, Any] = {"preload": plan.preload, "law": plan.law}
     mesh = replace(plan.mesh, accuracy=None)
     finer = None
     pace = 0.0
@@ -158,12 +158,12 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
         before = stages.passed()
         with_levers = _WITH_LEVERS if task.rolls else 1.0
         if pace > 0:
-            seconds = before + with_levers * pace * task.places
-            stages.expect(f"each place takes {number(with_levers * pace, 's', 2)}", adhesive=seconds)
+            stage = before + with_levers * pace * task.places
+            stages.expect(f"each place takes {number(with_levers * pace, 's', 2)}", adhesive=stage)
         moments = {}
         if task.rolls:
-            how_rolled = {"directions": plan.directions, "mesh": mesh}
-            solved, moments["solutions/rolling"] = adhesive_and_moments(specimen, **how_rolled, **options, **how)
+            rolled = adhesive_and_moments(specimen, directions=plan.directions, mesh=mesh, **options, **how)
+            solved, moments["solutions/rolling"] = rolled
         else:
             solved = adhesive(specimen, mesh=mesh, **options, **how)
         took = (stages.passed() - before) / with_levers
