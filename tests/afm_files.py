@@ -415,12 +415,25 @@ def write_xyz(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path
 
 
 def write_sdf(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    """Write an ISO 25178-71 file as text."""
     steps = f"Xscale = {size[0] * 1e-9 / rows.shape[1]!r}\nYscale = {size[1] * 1e-9 / rows.shape[0]!r}\nZscale = 1.0e-9"
     head = f"aISO-1.0\nManufacID = any\nCreateDate = 010120200000\nModDate = 010120200000\nNumPoints = {rows.shape[1]}"
     head += f"\nNumProfiles = {rows.shape[0]}\n{steps}\nZresolution = 1e-12\nCompression = 0\nDataType = 7"
     head += "\nCheckType = 0\n*\n"
     path = folder / "scan.sdf"
     path.write_text(head + "\n".join(" ".join(map(repr, line.tolist())) for line in rows) + "\n*\n")
+    return path
+
+
+def write_binary_sdf(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    """Write an ISO 25178-71 file of 64-bit heights without a trailer."""
+    steps = [length * 1e-9 / n for length, n in zip(size, rows.shape[::-1])]
+    shape = rows.shape[::-1]
+    head = struct.pack(
+        "<8s10s12s12sHHddddBBB", b"bISO-1.0", b"any", b"0" * 12, b"0" * 12, *shape, *steps, 1e-9, 0, 0, 7, 0
+    )
+    path = folder / "binary.sdf"
+    path.write_bytes(head + rows.astype("<f8").tobytes())
     return path
 
 

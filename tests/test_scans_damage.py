@@ -34,7 +34,7 @@ from roughxr.scans import (
 from roughxr.scans.plausibility import doubts
 from roughxr.scans.synthetic import self_affine
 
-from .afm_files import WRITERS, given, image_size, picture, write_asd, write_gwy
+from .afm_files import WRITERS, given, image_size, picture, write_asd, write_binary_sdf, write_gwy
 from .surfaces import rough, scan
 
 SECONDS = 5
@@ -261,11 +261,14 @@ def is_running(number):
     return not Path("/proc").exists()
 
 
-@pytest.mark.parametrize("name", ["nid", "bcr", "mdt", "igor", "sxm", "asd", "gsf", "gwy", "npy"])
+@pytest.mark.parametrize(
+    "name",
+    ["nid", "bcr", "mdt", "igor", "sxm", "asd", "gsf", "gwy", "npy", "bruker", "mi", "sur", "sdf", "wsxm", "park"],
+)
 def test_bytes_inserted_into_a_file_are_named(name, tmp_path):
     """Four bytes anywhere in the data would shift most heights."""
     rows = picture()
-    path = WRITERS[name](tmp_path, rows, image_size(rows))
+    path = {**WRITERS, "sdf": write_binary_sdf}[name](tmp_path, rows, image_size(rows))
     whole = path.read_bytes()
     options = {"size": image_size(rows), "height_units": "nm"} if name == "npy" else {}
     open_scan(path, **options)
@@ -275,16 +278,46 @@ def test_bytes_inserted_into_a_file_are_named(name, tmp_path):
             open_scan(path, **options)
 
 
-@pytest.mark.parametrize("name", ["asylum_20um_256.ibw", "asylum_2um_256_film.ibw", "nanosurf_20um_256.nid"])
-def test_files_of_instruments_are_as_long_as_they_state(name, shared_scans, tmp_path):
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [
+        ("asylum_20um_256.ibw", "ibw"),
+        ("asylum_2um_256_film.ibw", "ibw"),
+        ("nanosurf_20um_256.nid", "ezd"),
+        ("bruker_10um_256_tilted.di", "di"),
+        ("bruker_10um_512_rough.di", "di"),
+        ("surfaces/di-5.di", "di"),
+        ("surfaces/veeco.001", "di"),
+        ("agilent_20um.mi", "mi"),
+        ("digitalsurf_optical_masked.sur", "sur"),
+        ("park_1um_512_grains.tiff", "ps"),
+        ("surfaces/stp-1.stp", "wsxm"),
+    ],
+)
+def test_files_of_instruments_are_as_long_as_they_state(name, code, shared_scans, tmp_path):
     path = shared_scans / name
-    assert stated_sizes.excess(path, {".ibw": "ibw", ".nid": "ezd"}[path.suffix]) == ""
+    if not path.exists():
+        pytest.skip(f"{name} is not beside these files")
+    assert stated_sizes.excess(path, code) == ""
     content = path.read_bytes()
     for place in (len(content) // 3, len(content) - 2**14):
-        longer = tmp_path / name
+        longer = tmp_path / path.name
         longer.write_bytes(content[:place] + b"\1\2\3\4" + content[place:])
         with pytest.raises(UnreadableScan, match="as its header states, found"):
             open_scan(longer)
+
+
+def test_text_or_a_further_object_after_the_heights_is_no_damage(tmp_path):
+    """ISO 25178-71 ends with free text, and a Digital Surf file may hold several objects."""
+    rows = picture()
+    for write, addition in (
+        (write_binary_sdf, b"measured by hand\r\n\x1a"),
+        (WRITERS["sur"], b"DIGITAL SURF" + bytes(600)),
+    ):
+        path = write(tmp_path, rows, image_size(rows))
+        scan_alone = open_scan(path)
+        path.write_bytes(path.read_bytes() + addition)
+        np.testing.assert_array_equal(open_scan(path)["height"], scan_alone["height"])
 
 
 def test_doubts_about_a_scan_take_little_more_memory_than_its_heights():

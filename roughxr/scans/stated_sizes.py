@@ -1,13 +1,15 @@
 """Sizes of vendors' files by their own headers: a longer file has bytes inserted, which would shift its heights.
 
-Facts from WaveMetrics' technical note 3 (Igor waves), Gwyddion's descriptions of formats, and files of Asylum and
-Nanosurf. Asylum's waves end with thumbnails and a list of them, whose length is the last number of the file.
+Facts from WaveMetrics' technical note 3 (Igor waves), Gwyddion's descriptions of formats, ISO 25178-71, and files of
+Agilent, Asylum, Bruker, Digital Surf, Nanosurf, Park and WSxM. Asylum's waves end with thumbnails and a list of them,
+whose length is the last number of the file. JPK's images and HDF5 may be longer than what they list, by their formats.
 """
 
 from __future__ import annotations
 
 import re
 import struct
+from collections.abc import Callable
 from pathlib import Path
 
 #: Bytes of the header of an NT-MDT file, of an Igor wave before its parts, and at the end of Asylum's waves.
@@ -19,15 +21,48 @@ _ASYLUM_END = re.compile(rb" ?(\d{4}) MFP3D$")
 _BCR_BYTES = {"bcrf": 4, "bcrstm": 2}
 _BCR_HEADER = 2048
 
+#: Sections of a NanoScope header, and the entries of those with data.
+_NANOSCOPE_SECTION = re.compile(rb"^\\\*", re.MULTILINE)
+_NANOSCOPE_ENTRY = re.compile(rb"^\\Data (offset|length): *(\d+)", re.MULTILINE)
+
+#: End of an Agilent header: its last line, which states the kind of data.
+_AGILENT_END = re.compile(rb"^data {10}(\w*)\r?\n", re.MULTILINE)
+
+#: End of a WSxM header, its entries, and bytes of a height by their kind.
+_WSXM_END = re.compile(rb"^\[Header end\]\r?\n", re.MULTILINE)
+_WSXM_ENTRY = re.compile(rb"^\s*(Number of rows|Number of columns|Image Data Type): *(\w+)", re.MULTILINE)
+_WSXM_BYTES = {b"short": 2, b"integer": 2, b"float": 4, b"double": 8}
+
+#: Bytes of a Digital Surf header, places of its numbers, and first bytes of a further object.
+_SURF_HEADER = 512
+_SURF_BITS = 98
+_SURF_SHAPE = 108
+_SURF_ZONES = 334
+_SURF_OBJECTS = (b"DIGITAL SURF", b"DSCOMPRESSED")
+
+#: Header of a binary ISO 25178-71 file, and bytes of a height by its kind.
+_ISO_HEADER = struct.Struct("<8s10s12s12sHHddddBBB")
+_ISO_BYTES = (1, 2, 4, 4, 1, 2, 4, 8)
+
+#: Text in ASCII, as the standard asks for, up to an end-of-file mark.
+_TEXT = re.compile(rb"[\t\r\n -~]*[\0\x1a]*")
+
+#: Bytes of a value of a TIFF entry by its type, and bytes of an entry.
+_TIFF_BYTES = dict(enumerate((1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8), start=1))
+_TIFF_ENTRY = 12
+
+#: Tags of a TIFF file's strips: where each begins, and how long it is.
+_STRIP_STARTS = 273
+_STRIP_SIZES = 279
+
 
 def excess(path: Path, code: str) -> str:
     """Return that a file of a format is longer than its header states; empty if it is not, or its header is silent."""
-    stated_size = {"ibw": _igor_size, "ezd": _nanosurf_size, "mdt": _mdt_size, "bcr": _bcr_size}.get(code)
-    if stated_size is None:
+    if code not in _STATED_SIZES:
         return ""
     data = path.read_bytes()
     try:
-        stated = stated_size(data)
+        stated = _STATED_SIZES[code](data)
     except (ValueError, KeyError, IndexError, struct.error):
         return ""  # a damaged header, which the reader reports
     if len(data) <= stated:
@@ -73,3 +108,83 @@ def _bcr_size(data: bytes) -> int:
     entries = {name.strip(): value.strip() for name, equals, value in (line.partition("=") for line in head) if equals}
     pixels = int(entries["xpixels"]) * int(entries["ypixels"])
     return int(entries.get("headersize", _BCR_HEADER)) + pixels * _BCR_BYTES[entries["fileformat"]]
+
+
+def _nanoscope_size(data: bytes) -> int:
+    """Return the end of the last block of a NanoScope file."""
+    header, _, _ = data.partition(b"\x1a")
+    blocks = [dict(_NANOSCOPE_ENTRY.findall(section)) for section in _NANOSCOPE_SECTION.split(header)]
+    return max(int(block[b"offset"]) + int(block[b"length"]) for block in blocks if len(block) > 1)
+
+
+def _agilent_size(data: bytes) -> int:
+    """Return the end of an Agilent file: its header, and the buffers that this lists."""
+    end = _AGILENT_END.search(data)
+    if end is None:
+        raise ValueError("no data")
+    header = data[: end.start()]
+    shape = dict(re.findall(rb"^(xPixels|yPixels) +(\d+)", header, re.MULTILINE))
+    buffers = len(re.findall(rb"^bufferLabel", header, re.MULTILINE))
+    pixels = int(shape[b"xPixels"]) * int(shape[b"yPixels"])
+    return end.end() + buffers * pixels * (4 if end[1] == b"BINARY_32" else 2)
+
+
+def _wsxm_size(data: bytes) -> int:
+    """Return the end of a WSxM file: its header, and one image."""
+    end = _WSXM_END.search(data)
+    if end is None:
+        raise ValueError("no data")
+    entries = dict(_WSXM_ENTRY.findall(data[: end.start()]))
+    pixels = int(entries[b"Number of rows"]) * int(entries[b"Number of columns"])
+    return end.end() + pixels * _WSXM_BYTES[entries[b"Image Data Type"]]
+
+
+def _surf_size(data: bytes) -> int:
+    """Return the end of a Digital Surf file's heights, or of the file if a further object follows these."""
+    (bits,) = struct.unpack_from("<H", data, _SURF_BITS)
+    columns, rows = struct.unpack_from("<ii", data, _SURF_SHAPE)
+    zones = struct.unpack_from("<HH", data, _SURF_ZONES)
+    end = _SURF_HEADER + sum(zones) + columns * rows * bits // 8
+    return len(data) if data.startswith(_SURF_OBJECTS, end) else end
+
+
+def _iso_size(data: bytes) -> int:
+    """Return the end of the heights of an ISO 25178-71 file, or of the file if text follows these, or is all."""
+    if not data.startswith(b"bISO"):
+        return len(data)
+    *_, points, profiles, _, _, _, _, _, kind, _ = _ISO_HEADER.unpack_from(data)
+    end = _ISO_HEADER.size + points * profiles * _ISO_BYTES[kind]
+    return len(data) if _TEXT.fullmatch(data, end) else end
+
+
+def _park_size(data: bytes) -> int:
+    """Return the end of what the one directory of a Park TIFF lists."""
+    order = "<" if data.startswith(b"II") else ">"
+    (start,) = struct.unpack_from(f"{order}I", data, 4)
+    (count,) = struct.unpack_from(f"{order}H", data, start)
+    end = start + 2 + count * _TIFF_ENTRY + 4
+    strips: dict[int, tuple[int, ...]] = {}
+    for place in range(start + 2, end - 4, _TIFF_ENTRY):
+        tag, kind, length = struct.unpack_from(f"{order}HHI", data, place)
+        size = length * _TIFF_BYTES[kind]
+        value = place + 8 if size <= 4 else struct.unpack_from(f"{order}I", data, place + 8)[0]
+        end = max(end, value + size)
+        if tag in (_STRIP_STARTS, _STRIP_SIZES):
+            strips[tag] = struct.unpack_from(f"{order}{length}{'H' if size == 2 * length else 'I'}", data, value)
+    ends = (first + size for first, size in zip(strips[_STRIP_STARTS], strips[_STRIP_SIZES]))
+    return max(end, *ends)
+
+
+#: What returns the size that a file of a format states.
+_STATED_SIZES: dict[str, Callable[[bytes], int]] = {
+    "bcr": _bcr_size,
+    "di": _nanoscope_size,
+    "ezd": _nanosurf_size,
+    "ibw": _igor_size,
+    "mdt": _mdt_size,
+    "mi": _agilent_size,
+    "ps": _park_size,
+    "sdf": _iso_size,
+    "sur": _surf_size,
+    "wsxm": _wsxm_size,
+}

@@ -14,7 +14,7 @@ import numpy as np
 from ..vocabulary.refusal import Refusal
 from . import formats, stated_sizes, vendor_reader
 from .channel import IGOR, Channel, UnreadableScan, first_bytes, is_igor, is_length, read_in_process, stated_direction
-from .microscopes import TIFF
+from .microscopes import TIFF, is_park
 
 #: First bytes that belong to one format only, even if other readers accept the file.
 SIGNATURES: dict[str, tuple[bytes, ...]] = {
@@ -42,14 +42,14 @@ def channels(path: Path) -> list[Channel]:
     if fault := _fault(path, head):
         raise UnreadableScan(path, fault)
     answer = read_in_process(path, vendor_reader, "SurfaceTopography")
+    kind = answer.get("format", "ps" if is_park(path) else "")
+    if longer := stated_sizes.excess(path, kind):
+        raise UnreadableScan(path, longer)
     if "errors" in answer:
         advice = "save it as .gwy, .gsf or text in Gwyddion or in the program that wrote it"
         unknown = formats.not_read(path)
         why = f"a file that is not read, {unknown}; {advice}" if unknown else f"none: {_reason(answer['errors'], head)}"
         raise UnreadableScan(path, f"expected an AFM image, found {why}")
-    kind = answer["format"]
-    if longer := stated_sizes.excess(path, kind):
-        raise UnreadableScan(path, longer)
     images = [(k, image) for k, image in enumerate(answer["images"]) if image["dim"] == 2]
     if not images:
         raise UnreadableScan(path, "expected an image of heights, found other quantities alone, such as currents")
