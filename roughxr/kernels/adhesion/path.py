@@ -121,35 +121,41 @@ def follow_path(
     solver = Solver(separation, law, cap, limit, from_contact, capture, film)
     residual_height = np.zeros(separation.shape) if residual_height is None else residual_height
     loading = _Loading(solver, step, deltas, residual_height, fields=fields)
-    paths = [_path(loading, loading.load(goal), observe, end_step) for goal in goals]
+    paths = []
+    for goal in goals:
+        loaded = loading.load(goal)
+        retraction = Retraction(loading, observe, end_step)
+        paths.append(_path(loading, retraction, loaded))
     if not press:
         return paths
-    pressed = _pressed_tension(loading, paths[-1], preloads[-1], end_step)
+    pressed = np.nan
+    if paths[-1].status == CONVERGED:
+        pressed = _pressed_tension(loading, retraction, preloads[-1])
     return [path._replace(pressed=pressed if goal < pressed else path.tension) for path, goal in zip(paths, goals)]
 
 
-def _pressed_tension(loading, path, load, end_step):
-    """Return the largest tension once the body was pressed as hard as it holds, from a path turned back at ``load``.
+def _pressed_tension(loading, retraction, load):
+    """Return the largest tension once the body was pressed as hard as it holds, after a retraction from ``load``.
 
     Loading without a jump is reversible: the body then holds as much as before, and need not retract once more.
     """
-    tension = path.tension
     enough = load
-    while path.status == CONVERGED and tension > enough:
+    while retraction.tension > enough:
+        tension = retraction.tension
         loading.has_jumped = False
-        if not loading.load(tension):
+        if not loading.load(tension, only_after_jump=True):
             return np.nan
         if not loading.has_jumped:
             break
         enough = _AS_HARD * tension
-        path = _path(loading, True, None, end_step)
-        tension = path.tension
-    return tension if path.status == CONVERGED else np.nan
+        retraction = Retraction(loading, None, retraction.end_step / loading.step, retraction.visited)
+        if not retraction.retract():
+            return np.nan
+    return retraction.tension
 
 
-def _path(loading, loaded, observe, end_step):
+def _path(loading, retraction, loaded):
     """Return the `Path` that turns back at the present state of loading."""
-    retraction = Retraction(loading, observe, end_step)
     whole = loaded and retraction.retract()
     visited = loading.visited + (retraction.visited if loaded else [])
     shape = (0, *loading.solver.separation.shape)
@@ -178,12 +184,19 @@ class _Loading(Stepper):
 
     def accept(self, solved, prescribed):
         """Append a state, which becomes the present state."""
-        least = _LEAST_JUMP * self.largest * self.step
-        self.has_jumped |= self.has_dissipated(solved) and self._freed_energy(solved) > least
+        self.has_jumped |= self._jumps(solved)
         super().accept(solved, prescribed)
 
-    def load(self, goal):
-        """Continue to the force ``goal`` or to the last displacement; return whether all states are finite."""
+    def _jumps(self, solved, part=1.0):
+        """Return whether a part of the step to a state, or the whole step, may change what the body holds."""
+        freed = self._freed_energy(solved)
+        return freed > _LEAST_JUMP * self.largest * self.step and self.has_dissipated(solved, part)
+
+    def load(self, goal, *, only_after_jump=False):
+        """Continue to the force ``goal`` or to the last displacement; return whether all states are finite.
+
+        With ``only_after_jump`` the goal is not located unless a step has jumped, and the last step may exceed it.
+        """
         over = None  # a state beyond the goal
         while self.next < self.deltas.size:
             target = self.deltas[self.next]
@@ -198,6 +211,9 @@ class _Loading(Stepper):
             reached = solved.force >= goal and solved.state.touching.any()
             met = solved.force - goal <= _PRELOAD_TOLERANCE * max(abs(goal), self.largest)
             if reached and not met and solved.delta - last.delta > SHORTEST_STEP * self.step:
+                part = (goal - last.force) / (solved.force - last.force)
+                if only_after_jump and not (self.has_jumped or self._jumps(solved, part)):
+                    break
                 over = solved
                 continue
             self.accept(solved, solved.delta == target)
