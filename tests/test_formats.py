@@ -409,6 +409,13 @@ def test_an_x3p_revision_may_have_a_dash(tmp_path):
     assert_same(open_scan(path), SCAN, 1e-6)
 
 
+@pytest.mark.parametrize("date", ["N/A", "unknown", ""])
+def test_an_x3p_may_state_no_date(tmp_path, date):
+    path = WRITERS["x3p"](tmp_path, ROWS, SIZE)
+    rewritten_x3p(path, lambda text: text.replace("2020-01-01T00:00:00", date))
+    assert_same(open_scan(path), SCAN, 1e-6)
+
+
 def test_an_x3p_may_list_its_heights_in_its_index(tmp_path):
     path = WRITERS["x3p"](tmp_path, ROWS, SIZE)
     heights = "".join(f"<Datum>{height * 1e-9!r}</Datum>" for height in ROWS.ravel().tolist())

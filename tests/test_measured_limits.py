@@ -70,3 +70,38 @@ def test_the_pull_of_a_line_that_falls_further_than_the_force_recovers_is_none()
     """Drift of 9 µm: a line through its far flank, extrapolated, gave 0.59 ± 0.03 nN without a pull."""
     curves = soft_retractions(np.random.default_rng(2), np.zeros(60), 0.15, 9000.0)
     assert not any(retraction_pull(curves.piezo.values, force, 1.0).is_measured for force in curves.force.values)
+
+
+def with_slips(force, size, ends, length=40):
+    """Return forces with tensions that grow over samples before each end, and are lost there."""
+    out = force.copy()
+    for end in ends:
+        out[..., end - length : end] -= size * np.linspace(0, 1, length)
+    return out
+
+
+def test_a_slip_among_slips_of_its_height_is_no_pull():
+    """Of real gels that slip in contact and after it, the highest slip was the pull-off force; here of 12 curves."""
+    curves = soft_retractions(np.random.default_rng(21), np.zeros(12), 0.05, 3000.0)
+    ends = [430, 480, 540]
+    for size, last in ((0.04, 0.04), (0.04, 0.15)):
+        forces = with_slips(with_slips(curves.force.values, size, ends[:2]), last, ends[2:])
+        results = [evaluated_retraction(curves.piezo.values, force, np.inf, 1.0) for force in forces]
+        measured = [result for result in results if np.isfinite(result.pull_off_force)]
+        if last == size:
+            assert len(measured) <= 1
+            assert min(result.pull_off_at_most for result in results if result not in measured) > last
+            continue
+        assert len(measured) == 12
+        assert all(abs(result.pull_off_force - last) < 2 * result.pull_off_standard_error for result in measured)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_slip_above_the_baseline_is_no_pull(seed):
+    """A surface that slips while it is pressed, far in contact: 0.08 ± 0.005 nN without adhesion."""
+    z = np.linspace(5000.0, 0.0, 5000)
+    force = np.where(z > 4700, 0.01 * (z - 4700) + 0.4, 0.4 * np.exp((z - 4700) / 60.0))
+    force -= np.where((z > 4680) & (z < 4710), 0.12 * (4710 - z) / 30, 0.0)
+    force += np.random.default_rng(seed).normal(0, 0.008, z.size)
+    result = evaluated_retraction(z, force, np.inf, 1.0)
+    assert np.isnan(result.pull_off_force) and 0.02 < result.pull_off_at_most < 0.08

@@ -49,6 +49,10 @@ _HALF_WIDTH, _LEAST_LOW, _SAMPLE_SPREAD, _PARABOLA_SPREAD, _ROUNDS = 41, 8, 4.0,
 #: Rise of the force above the lowest sample, in standard deviations of the noise, by which a surface has detached.
 _DETACHED = 6.0
 
+#: Share of the samples after a step that shows the waves of the free part; largest recovery of the force after the
+#: step, over these waves: a larger one is the return of a tail.
+_FAR, _TALLEST_WAVE = 0.5, 4.0
+
 _SATURATED = "the detector's range ends before the largest pull"
 _PRESSED_LAST = "the force is largest at the far end; the piezo may have the opposite sign"
 _NOT_PRESSED = "the force is lowest at the first sample; it may have the opposite sign"
@@ -138,8 +142,9 @@ def curves_pull_off(
     bends it: then a jump is read beside itself, against the force of the free cantilever just after it, which a local
     polynomial extrapolates; the error contains the rms of the interference about a straight line. Without a jump, the
     line is the one whose error is least. So each curve gives a force with an error, or a limit: leaving out curves
-    with a large error would leave out the small pulls. A pull is also detected by the step in which it ends, at least
-    five times as high as steps of the far part, whatever the drift around it.
+    with a large error would leave out the small pulls. A pull is also detected by the step in which it ends, whatever
+    the drift around it: a step that is twice as high as any other of the curve, and higher by five times what steps of
+    the far part are. A step in contact, or one after which the force rises further than waves do, is none.
 
     The limit of a curve is the size of the smallest pulls that are detected at six places where they are added to the
     curve itself. They grow as fast as the force in contact falls, and end in a jump: a tail without a jump may hide
@@ -343,7 +348,7 @@ class Pull(NamedTuple):
     def threshold(self) -> float:
         """The smallest depth that noise and baseline do not explain, nN."""
         if self.step is not None:
-            return _SIGNIFICANCE * self.step.error
+            return self.step.threshold
         return max(_SIGNIFICANCE * self.line.noise, self.significance * self.error)
 
 
@@ -368,9 +373,20 @@ def retraction_pull(z: np.ndarray, force: np.ndarray, share: _Stretch, ruptures:
     if pull.line.longest - z[-1] > _PLAIN * (z[contact] - z[-1]):
         pulls.append(_pull_at(z, force, contact + int(np.argmin(flat[contact:])), far))
     step = sharpest_step(force, far.noise)
-    if step is not None and step.first > far.start:
+    if step is not None and step.first > far.start and _ends_tension(z, force, step, far):
         pulls.append(_pull_at(z, force, _foot(force, step.first), far, step))
     return next((candidate for candidate in pulls if candidate.is_measured), pull)
+
+
+def _ends_tension(z: np.ndarray, force: np.ndarray, step: Step, far: _FarPart) -> bool:
+    """Return whether a step may be the end of all tension: not in contact, and not before a longer return."""
+    at = z[step.first]
+    is_plain = far.line.longest - z[-1] >= _PLAIN * (at - z[-1])
+    if is_plain and step.level - step.height / 2 > far.line.force(at):
+        return False
+    after = bin_means(force[step.first :], _span(force.size - step.first))
+    interference = np.ptp(after[int((1 - _FAR) * after.size) :])
+    return after.max() - step.level < _TALLEST_WAVE * max(interference, step.height)
 
 
 def _pull_above_stretch(z: np.ndarray, force: np.ndarray, stretch: tuple[float, float]) -> Pull:

@@ -2,7 +2,8 @@
 
 The mean force before each sample is compared with the force that a polynomial through the samples after it predicts
 there. On the far part of the retraction, where nothing detaches, the same prediction fails by noise, interference and
-drift: a step counts if it is so many times as high. Predictions are tried over many widths, as detachments differ.
+drift: a step counts if it is so many times as high, beyond any other step of the curve. For near the surface, and in
+contact, forces ripple and slip more than far out. Predictions are tried over many widths, as detachments differ.
 
 The smallest detected pull is found on the curve itself: pulls that grow as the curve's own contact does, and end in a
 jump, are added at several places of the free part, and their size is bisected.
@@ -26,14 +27,19 @@ _GAP = 1
 #: Numbers of bins that predict the foot, and degrees of polynomials through them.
 _PREDICTORS = ((6, 0), (12, 1), (24, 2))
 
-#: Height of a step, over the standard deviation of the far part's.
+#: Height of a step beyond that of any other step of the curve, over the standard deviation of the far part's; and
+#: ratio of both heights: ripples and slips come in numbers.
 _SIGNIFICANCE = 5.0
+_HEIGHT_RATIO = 2.0
 
 #: Largest of many deviations of white noise, in standard deviations: a wave's kinks are larger.
 _EXTREME = 3.5
 
 #: Share of its height that a step has within the gap.
 _SUDDEN = 0.5
+
+#: Bins of a step, within which there is no other.
+_LENGTH = _FOOT + _GAP + _FOOT
 
 #: Share of the samples, farthest from the surface, that tells the height of steps where nothing detaches.
 _FAR = 0.4
@@ -53,11 +59,17 @@ class Step(NamedTuple):
     height: float  # nN
     error: float  # standard deviation of such heights where nothing detaches, nN
     level: float  # of the force after it, extrapolated to it, nN
+    rival: float  # height of the next highest step of the curve, nN
 
     @property
     def significance(self) -> float:
-        """The height over its standard deviation."""
-        return self.height / self.error
+        """The height beyond that of any other step, over its standard deviation."""
+        return (self.height - self.rival) / self.error
+
+    @property
+    def threshold(self) -> float:
+        """The smallest height that other steps and noise do not explain, nN."""
+        return max(self.rival + _SIGNIFICANCE * self.error, _HEIGHT_RATIO * self.rival)
 
 
 class _Heights(NamedTuple):
@@ -74,9 +86,13 @@ def sharpest_step(force: np.ndarray, noise: float) -> Step | None:
     """Return the most significant step of a retraction, None if none is significant."""
     steps = []
     for heights, error, is_step, levels, ends in _heights_of_all_widths(force, noise):
-        highest = int(np.argmax(np.where(is_step, heights, -np.inf)))
-        if is_step[highest] and heights[highest] > _SIGNIFICANCE * error:
-            steps.append(Step(int(ends[highest]), float(heights[highest]), error, float(levels[highest])))
+        rises = np.where(is_step, heights, -np.inf)
+        highest = int(np.argmax(rises))
+        height = float(rises[highest])
+        rises[max(highest - _LENGTH, 0) : highest + _LENGTH + 1] = 0.0
+        step = Step(int(ends[highest]), height, error, float(levels[highest]), float(rises.max()))
+        if step.height > step.threshold:
+            steps.append(step)
     return max(steps, key=lambda step: step.significance, default=None)
 
 

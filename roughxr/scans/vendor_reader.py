@@ -65,12 +65,13 @@ def _with_micro_signs(path: str) -> Any:
 
 
 def _as_standard_x3p(path: str) -> Any:
-    """Return an X3P file with the revision's hyphen, and with heights in a member of their own."""
+    """Return an X3P file with the revision's hyphen, with a date or none, and with heights in a member."""
     with zipfile.ZipFile(path) as archive:
         if "main.xml" not in archive.namelist():
             return path
         text, linked = _x3p_index(archive)
         mended = re.sub(r"(ISO5436\s*)[\u2010-\u2015](\s*2000)", r"\1-\2", text)
+        mended = re.sub(r"(<(?:\w+:)?Date>)([^<]+)(</(?:\w+:)?Date>)", _date_or_empty, mended)
         listed = re.search(r"<(\w+:)?DataList>.*?</(\w+:)?DataList>", mended, re.DOTALL)
         if mended == text and not listed:
             return path
@@ -89,6 +90,17 @@ def _as_standard_x3p(path: str) -> Any:
             archive.writestr(name, content)
     packed.seek(0)
     return packed
+
+
+def _date_or_empty(element: re.Match) -> str:
+    """Return an X3P element of a date, empty if it states none ("N/A"), which SurfaceTopography refuses."""
+    from dateutil import parser
+
+    try:
+        parser.parse(element[2])
+    except (ValueError, OverflowError):
+        return element[1] + element[3]
+    return element[0]
 
 
 def _x3p_index(archive: zipfile.ZipFile) -> tuple[str, set[str]]:
