@@ -164,6 +164,19 @@ def test_with_a_second_scan_the_truth_lies_inside_an_interval_narrower_than_with
         assert "by a second scan" in with_second.attrs["assumed"]
 
 
+def test_the_interval_of_the_real_surface_contains_ranges_by_pressing(scan, scanned):
+    """A third of the places hold five times as much once pressed."""
+    settled = scanned.assign(pressed_pull_off_force=scanned.pull_off_force)
+    times = xr.where(scanned.subregion_x == scanned.subregion_x.max(), 5.0, 1.0)
+    pressed = settled.assign(pressed_pull_off_force=scanned.pull_off_force * times)
+    once, ranges = (real_pull_off(scan, solved, None) for solved in (settled, pressed))
+    ratio = float(pressed.pressed_pull_off_force.mean() / scanned.pull_off_force.mean())
+    assert ratio > 1.5 and float(ranges.pull_off_high / ranges.pull_off_mean) > ratio
+    assert float(ranges.pull_off_low) == pytest.approx(float(once.pull_off_low))
+    assert f"× 1 … {ratio:.2g} by how hard the sphere was pressed" in roughxr.answer(ranges).sentence
+    assert float(roughxr.answer(ranges).scan_error) == pytest.approx(float(roughxr.answer(once).scan_error))
+
+
 def width(estimate, name="pull_off"):
     return float(np.log(estimate[f"{name}_high"] / estimate[f"{name}_low"]))
 

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 import roughxr
 from roughxr.asperity import expectation
+from roughxr.measured import fitting
 from roughxr.measured.likelihood import Predicted, fit_mean
 from roughxr.scans.synthetic import self_affine
 from roughxr.statistics.sampling import Samples
@@ -43,10 +44,27 @@ def fits():
     for seed in range(5):
         ds = surface(seed)
         measured = measured_on(ds, seed)
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "1 of 9 subregions have a range")  # at works that the search passes
-            fitted.append((ds, measured, roughxr.fit_pair(ds, measured, subregions=(3, 3), **QUICK)))
+        fitted.append((ds, measured, roughxr.fit_pair(ds, measured, subregions=(3, 3), **QUICK)))
     return fitted
+
+
+def test_only_the_solved_value_nearest_to_the_fit_warns(monkeypatch):
+    """The search passes values at which a prediction is doubtful, which says nothing about its result."""
+
+    def doubtful(ds, **options):
+        work = float(ds["work_of_adhesion"])
+        warnings.warn(f"doubtful at {work:.2g}", stacklevel=1)
+        force = xr.DataArray(work * expectation.RATIO * np.linspace(8.0, 12.0, 9), dims="subregion")
+        return force.to_dataset(name="pull_off_force")
+
+    monkeypatch.setitem(fitting.METHODS, "superposed", (doubtful, (3, 3)))
+    measured = xr.Dataset({"pull_off_force": ("subregion", 0.4 * np.linspace(8.0, 12.0, 9), {"units": "nN"})})
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        fit = roughxr.fit_pair(surface(0), measured, method="superposed")
+    assert fit.trial_work_of_adhesion.size > 3
+    assert [str(warning.message) for warning in caught] == ["doubtful at 0.4"]
+    assert caught[0].filename == __file__
 
 
 def test_the_interval_holds_the_true_work_of_adhesion_and_the_fit_is_not_biased(fits):

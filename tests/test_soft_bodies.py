@@ -77,11 +77,17 @@ def test_a_pull_off_that_depends_on_pressing_is_a_range_with_its_reason():
     assert again.pull_off_force.values == pytest.approx(high, rel=0.02)
 
 
-def test_an_answer_counts_the_whole_range_of_a_place():
-    """Its mean of 50 nN is off by half of the way from 20 to 120 nN, and by a tenth of 80 nN."""
-    values = {"pull_off_force": [20.0, 80.0], "pull_off_error": [0.1, 0.1], "pressed_pull_off_force": [120.0, 80.0]}
+def test_an_answer_states_a_range_by_pressing_as_a_range_and_no_numerical_error():
+    """Its mean is 50 nN, or 100 nN if the first place was pressed; the mesh is off by a tenth at both."""
+    values = {"pull_off_force": [20.0, 80.0], "pull_off_error": [0.1, 0.1], "pressed_pull_off_force": [120.0, 82.0]}
     pull = xr.Dataset({name: ("subregion", column) for name, column in values.items()})
-    assert mesh_error(pull) == pytest.approx((100 + 8) / 100)
+    answer = roughxr.answer(pull)
+    assert mesh_error(pull) == pytest.approx(0.1)
+    assert (float(answer.pressed_low), float(answer.pressed_high)) == (50, 100)
+    assert answer.pressed_high.units == "nN"
+    assert "; 50 … 100 nN, by how hard the sphere was pressed; ± 10 % numerical error)" in answer.sentence
+    settled = roughxr.answer(pull.assign(pressed_pull_off_force=("subregion", [25.0, 82.0])))
+    assert "pressed_low" not in settled and "how hard" not in settled.sentence
 
 
 def soft_place(seed, x, y, *, rms, modulus, work, law):

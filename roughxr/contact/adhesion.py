@@ -41,8 +41,8 @@ from .adhesive_options import (
 from .adhesive_record import cycle_layout, cycle_record
 from .cycle import LEAST_RADIUS, MOST_CELLS
 from .mesh import Mesh, UnresolvedContact, read_mesh
+from .pressing import is_range, settling_changes
 from .problem import Problem, ask_about_depth, read_problem
-from .refinement import LARGEST_SETTLING, settling_changes
 from .solving import solve
 
 #: Why a variable is missing at places that were solved.
@@ -283,9 +283,8 @@ def _warn_of_ranges(out: xr.Dataset) -> None:
     """Warn of places whose pull-off depends on how hard the sphere was pressed."""
     pull = out["pull_off_force"].values.ravel()
     pressed = out["pressed_pull_off_force"].values.ravel()
-    changes = np.nan_to_num(settling_changes(pull, pressed))
-    if ranges := int((changes > LARGEST_SETTLING).sum()):
-        widest = np.argmax(changes)
+    if ranges := int(is_range(pull, pressed).sum()):
+        widest = np.nanargmax(settling_changes(pull, pressed))
         low, high = sorted([pull[widest], pressed[widest]])
         warn(
             f"{ranges} of {pull.size} subregions have a range and not one pull-off, at the widest {low:.3g} … "

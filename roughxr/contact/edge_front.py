@@ -14,8 +14,8 @@ import numpy as np
 from ..kernels.adhesion import front
 from ..kernels.topography.interpolation import bicubic_spline
 from .adhesion_on_cells import Adhesion
+from .pressing import LARGEST_SETTLING
 from .problem import Place, Problem, Surface, cell_axes, surface_at
-from .refinement import LARGEST_SETTLING
 
 #: Cells along a side of a pixel from which the heights between the points are interpolated.
 _CELLS = 2

@@ -14,15 +14,13 @@ import numpy as np
 from ..vocabulary.adhesion_laws import DUGDALE, JKR
 from .adhesion_on_cells import Adhesion, resolving_cell
 from .cycle import LARGEST_CORRECTION, LARGEST_DIFFERENCE, MOST_CELLS, RIM_ERROR, Cycles, cycles_on, overlapping_cells
+from .pressing import LARGEST_SETTLING, settling_changes
 from .problem import Place, Problem, surface_at
 
 #: Largest part of the error of a pull-off without range that remains on cells of half the side. At edges that cannot
 #: move, the error falls as the root of the side, to 0.71. The sum of all further changes is then up to 3 times the last
 #: change, and stated as the error. ``tests/benchmarks/stated_error.py`` counts the places that this covers.
 _LEFT = 0.75
-
-#: Change of a pull-off by pressing, over the pull-off, beyond which both are the ends of a range: no error by itself.
-LARGEST_SETTLING = 0.5
 
 #: Cells on which the sphere is pressed, over those of its pull-off: they change the ratio of both by a tenth, where the
 #: pressed sphere touches many times as many summits, and takes minutes on the smallest cells.
@@ -183,11 +181,6 @@ def _with_settling(errors: np.ndarray, cycles: Cycles, pressed: np.ndarray, adhe
         return errors
     changes = settling_changes(cycles.pull_offs, pressed)
     return np.where(changes > LARGEST_SETTLING, np.minimum(errors, LARGEST_SETTLING), np.hypot(errors, changes))
-
-
-def settling_changes(pulls: Any, pressed: Any) -> Any:
-    """Return the relative changes of pull-offs by pressing; 0 where nothing adheres."""
-    return np.abs(pressed - pulls) / np.where(pulls > 0, pulls, np.inf)
 
 
 def _contact_radii(cycles: Cycles) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -18,6 +19,7 @@ from ..vocabulary import schema
 from ..vocabulary.error_sources import UNSEEN
 from ..vocabulary.numbers import percent, quantity, with_interval
 from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import warn
 from ..vocabulary.units import Places, fraction
 from .likelihood import CHANGE, Fitted, Predicted, fit_mean
 
@@ -127,8 +129,13 @@ def fit_pair(
         )
     options = {"subregions": METHODS[method][1] if subregions is None else subregions, **options}
     predict = _Prediction(ds, method, options, extrapolation)
-    start = float(ds["work_of_adhesion"])
-    fitted = fit_mean(forces, predict, start if start > 0 else 0.1, confidence=confidence, error=force_std)
+    start = float(ds["work_of_adhesion"]) or 0.1
+    try:
+        fitted = fit_mean(forces, predict, start, confidence=confidence, error=force_std)
+    except ValueError:
+        predict.warn_again(predict.last_warnings)
+        raise
+    predict.warn_again(predict.warnings_near(next((v for v in (fitted.value, fitted.high) if v > 0), start)))
     ends = {"fitted_work_low": fitted.low, "fitted_work_high": fitted.high}
     out = xr.Dataset({"fitted_work_of_adhesion": fitted.value, **ends}, {"trial_work_of_adhesion": fitted.values})
     out["quantile_distance"] = ("trial_work_of_adhesion", fitted.distance)
@@ -173,11 +180,16 @@ class _Prediction:
         self.method = method
         self.options = dict(options)
         self.fine = _fine_roughness(extrapolation)
+        self.warnings: dict[float, list[warnings.WarningMessage]] = {}  # by the work of adhesion, where solved
+        self.last_warnings: list[warnings.WarningMessage] = []
 
     def __call__(self, work: float, stiffer: float = 1.0) -> Predicted:
         """Return the forces at a work of adhesion, with the modulus multiplied by ``stiffer``."""
         pair = {**stiffened(self.ds, stiffer), "work_of_adhesion": work}
-        pull = METHODS[self.method][0](schema.label(self.ds.assign_coords(pair)), **self.options)
+        with warnings.catch_warnings(record=True) as caught:
+            self.last_warnings = caught
+            warnings.simplefilter("always", UserWarning)
+            pull = METHODS[self.method][0](schema.label(self.ds.assign_coords(pair)), **self.options)
         if self.method == "adhesive":
             self.options["law"] = pull.attrs["law"]
         else:
@@ -190,8 +202,19 @@ class _Prediction:
                 f"none at {without} of {forces['pull_off_force'].size} for a work of adhesion of {work:.3g} J/m²",
                 "choose other subregions, or begin nearer to the fit",
             )
+        self.warnings.setdefault(work, caught)
         error = float(np.hypot(_method_error(pull, self.method), self.fine[1]))
         return Predicted(samples(forces, "pull_off_force", quiet=True), error)
+
+    def warnings_near(self, work: float) -> list[warnings.WarningMessage]:
+        """Return the warnings of the solved value nearest to a work of adhesion."""
+        return self.warnings[min(self.warnings, key=lambda solved: abs(np.log(solved / work)))]
+
+    @staticmethod
+    def warn_again(messages: list[warnings.WarningMessage]) -> None:
+        """Warn at the user's line."""
+        for message in messages:
+            warn(str(message.message), message.category)
 
 
 def _modulus_trade(fitted: Fitted, predict: _Prediction) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..contact.certificate import SOLVED, certificate
-from ..contact.refinement import LARGEST_SETTLING, settling_changes
+from ..contact.pressing import is_range
 from ..scans.plausibility import doubts
 from ..scans.tip import tip_flags
 from ..statistics import smooth_pull_off
@@ -115,10 +115,10 @@ def _settling(run: Run) -> Iterator[str]:
     if "statistics/adhesive" not in run or "pressed_pull_off_force" not in run["statistics/adhesive"]:
         return
     pull = run["statistics/adhesive"]
-    changes = settling_changes(pull["pull_off_force"].values, pull["pressed_pull_off_force"].values)
-    if ranges := int((changes > LARGEST_SETTLING).sum()):
+    depends = is_range(pull["pull_off_force"].values, pull["pressed_pull_off_force"].values)
+    if ranges := int(depends.sum()):
         yield (
-            f"At {ranges} of {changes.size} places the pull-off depends on how hard the sphere was pressed: it is a "
+            f"At {ranges} of {depends.size} places the pull-off depends on how hard the sphere was pressed: it is a "
             "range from pull_off_force to pressed_pull_off_force. State a preload."
         )
 

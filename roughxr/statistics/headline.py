@@ -9,12 +9,14 @@ import pandas as pd
 import xarray as xr
 
 from ..bodies.pair_record import read_pair
+from ..contact.pressing import is_range
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import SHORT_RANGE
 from ..vocabulary.error_sources import (
     ERROR_SOURCES,
     ONE_SCAN,
     PLACES,
+    PRESSING,
     SECOND_SCAN_PIXEL,
     SECOND_SCAN_WIDTH,
     UNSEEN,
@@ -43,6 +45,11 @@ HALF_WIDTH = 1.96
 #: Relative errors of places, of the simulation with adhesion and of rigid bodies.
 _PLACE_ERRORS = ("pull_off_error", "cell_error")
 
+#: Mean pull-offs of a sphere that was pressed as little, and as hard, as it may be.
+_PRESSED = ("pressed_low", "pressed_high")
+
+_BY_PRESSING = "by how hard the sphere was pressed"
+
 #: Variables of an interval that the answer takes over.
 _INTERVAL = ("low", "high", "likelihood_low", "likelihood_high", "independent_places")
 
@@ -64,7 +71,9 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
         the ends of its interval, ``places``, ``solved_places``, ``independent_places``, ``mesh_error`` and
         ``smooth_share``; NaN if unknown, as the ends are for too few independent places. If some measured forces are
         known by limits, ``low`` … ``high`` holds wherever they lie below them, and ``likelihood_low`` …
-        ``likelihood_high`` is the interval by a likelihood with censoring, as in `bootstrap`. The attribute
+        ``likelihood_high`` is the interval by a likelihood with censoring, as in `bootstrap`. If pull-offs depend by
+        more than half on how hard the sphere was pressed, ``pressed_low`` … ``pressed_high`` are the means of the ends
+        of their ranges. The attribute
         ``sentence`` states the result, its errors and the next step, a line each.
 
     Raises
@@ -86,7 +95,8 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     if "quantile_distance" in ds:  # of `fit_pair`
         return ds
     if "pull_off_mean" in ds:  # of `extrapolated`
-        as_scanned = ds.assign(pull_off_force=ds["pull_off_force"] / ds["roughness_factor"])
+        names = {"pull_off_force", "pressed_pull_off_force"} & set(ds.data_vars)
+        as_scanned = ds.assign({name: ds[name] / ds["roughness_factor"] for name in names})
         mean = with_units(with_best_estimate(mean_pull_off(as_scanned), ds))
     else:
         mean = ds if "solved_places" in ds else _without_doubtful_interval(mean_pull_off(ds))  # a run's has errors
@@ -109,17 +119,30 @@ def _without_doubtful_interval(mean: xr.Dataset) -> xr.Dataset:
 def mesh_error(pull: xr.Dataset) -> float:
     """Return the relative numerical error of the mean pull-off, if errors of places add; NaN if unknown.
 
-    Errors are weighted by the force of each place, as in the mean. Ranges by how the sphere was pressed count whole.
+    Errors are weighted by the force of each place, as in the mean. Ranges are no errors, see `pressed_means`.
     """
     error_name = next((name for name in _PLACE_ERRORS if name in pull), None)
     if error_name is None:
         return np.nan
     force = pull["pull_off_force"].where(pull[error_name].notnull())
-    error = force * abs(pull[error_name])
-    if "pressed_pull_off_force" in pull:
-        settling = abs(pull["pressed_pull_off_force"] - force)
-        error = error.where(~(settling > error), settling)
-    return float(by_share(error).mean() / by_share(force).mean())
+    return float(by_share(force * abs(pull[error_name])).mean() / by_share(force).mean())
+
+
+def pressed_means(pull: xr.Dataset) -> tuple[float, float] | None:
+    """Return the means of the lower and of the upper ends of pull-offs that are ranges by pressing, None without any.
+
+    A place whose pull-off is no range counts in both with its pull-off.
+    """
+    if "pressed_pull_off_force" not in pull:
+        return None
+    force = pull["pull_off_force"]
+    pressed = pull["pressed_pull_off_force"]
+    depends = is_range(force, pressed)
+    if not depends.any():
+        return None
+    pressed = pressed.where(depends, force)
+    low, high = (float(by_share(end).mean()) for end in (np.minimum(force, pressed), np.maximum(force, pressed)))
+    return low, high
 
 
 def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
@@ -151,6 +174,8 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
         "mesh_error": mesh_error(pull),
         "smooth_share": mean / smooth if smooth > 0 else np.nan,
     }
+    if ends := pressed_means(pull):
+        scalars |= dict(zip(_PRESSED, ends))
     out = schema.record(with_units(xr.Dataset(scalars, coords=schema.pair_coordinates(pull))), "answer", pull)
     out.attrs |= limits | {name: pull.attrs[name] for name in ("law_choice",) if name in pull.attrs}
     if "measured" in pull.attrs:
@@ -192,6 +217,7 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
     """Return an answer with the best estimate of the real surface, its parts, and the step that narrows it most."""
     deviations = estimate["relative_std"].fillna(0.0).to_series()
     copied = ("finest_shown", "roughness_factor", "roughness_low", "roughness_high", "narrowed_low", "narrowed_high")
+    deviations = deviations.drop(PRESSING, errors="ignore")  # stated as a range of its own
     scan_deviations = deviations[[ERROR_SOURCES[name].is_of_scan for name in deviations.index]]
     pair_deviations = deviations.drop([UNSEEN, PLACES, *scan_deviations.index], errors="ignore")
     out = summary.assign({name: estimate[name] for name in copied}).assign(
@@ -268,6 +294,9 @@ def _real_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
         if value[name] > 0.05:
             low, high = (number(np.exp(sign * value[name]), digits=2) for sign in (-1, 1))
             parts.append(f"× {low} … {high} by {source}")
+    if np.isfinite(value["pressed_low"]):
+        low, high = (number(value[name] / value["pull_off_force"], digits=2) for name in _PRESSED)
+        parts.append(f"× {low} … {high} {_BY_PRESSING}")
     interval = f"95 % interval {' … '.join(ends)} {unit}, {errors}"
     return [f"Pull-off force of the real surface{_air(summary)}: {best} {unit} ({interval}).", f"{'; '.join(parts)}."]
 
@@ -305,11 +334,15 @@ def _printed_factor(value: Mapping[str, float]) -> str:
 def _scanned_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
     """Return the mean as scanned with its errors, and why there is no estimate of the real surface."""
     errors = ""
+    others = ""
+    if np.isfinite(value["pressed_low"]):
+        errors = f"; {bounds_in_words(value['pressed_low'], value['pressed_high'])}, {_BY_PRESSING}"
+        others = " other"
     if np.isfinite(value["total_error"]):
-        errors = f"; ± {percent(value['total_error'])} with all known errors"
+        errors += f"; ± {percent(value['total_error'])} with all{others} known errors"
     elif np.isfinite(error := value["mesh_error"]):
         cells = f"overestimated by about {percent(error)} due to the size of cells"
-        errors = f"; {cells}" if "rigid" in summary.attrs else f"; ± {percent(error)} numerical error"
+        errors += f"; {cells}" if "rigid" in summary.attrs else f"; ± {percent(error)} numerical error"
     mean = _mean_words(summary, value, "95 % interval").removesuffix(")")
     surface_words = "for the surface as scanned"
     if "measured" in summary.attrs:

@@ -23,7 +23,7 @@ from ..contact.mesh import MOST_REFINED, Mesh, read_mesh
 from ..contact.regimes import need_sphere
 from ..scans import regions
 from ..specimen import Specimen
-from ..statistics.headline import HALF_WIDTH, mean_pull_off, mesh_error
+from ..statistics.headline import HALF_WIDTH, mean_pull_off, mesh_error, pressed_means
 from ..statistics.sampling import SHARE, at_first_preload
 from ..vocabulary import schema
 from ..vocabulary.error_sources import (
@@ -31,6 +31,7 @@ from ..vocabulary.error_sources import (
     MESH,
     ONE_SCAN,
     PLACES,
+    PRESSING,
     SAMPLING,
     SECOND_SCAN,
     SECOND_SCAN_NOISE,
@@ -235,6 +236,8 @@ def real_pull_off(
         errors[SECOND_SCAN_NOISE] = _both_ends(HALF_WIDTH * noise)
     if MESH not in errors or not np.isfinite(errors[MESH].below):
         errors[MESH] = _both_ends(float(np.nan_to_num(mesh_error(pull_off))))
+    if pressed := pressed_means(pull_off):
+        errors[PRESSING] = _Ends(np.log(mean / pressed[0]), np.log(pressed[1] / mean))
     remaining = {UNSEEN: errors[UNSEEN]} | _after_second_scan(ds, finer, end)
     factor = float(np.exp(unseen.log))
     best = factor * mean
@@ -260,6 +263,8 @@ def real_pull_off(
         },
         {"entry": list(errors), **pull_off["pull_off_force"].coords},
     )
+    if PRESSING in errors:
+        out["pressed_pull_off_force"] = factor * pull_off["pressed_pull_off_force"]
     out.attrs = _sentences(ds, end, unseen) | {"narrowing_source": step, "unseen_by": unseen.source}
     if budget is None:
         out.attrs["assumed"] += " The errors of the pair are not included."

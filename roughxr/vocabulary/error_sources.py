@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 #: Keys of the sources that are no change of an assumption: the choice of places, in the best estimate and in the
-#: budget; the roughness that the scan does not show; the energy that the law of thin menisci neglects.
+#: budget; the roughness that the scan does not show; the energy that the law of thin menisci neglects; how hard the
+#: sphere was pressed, where a pull-off is a range.
 PLACES = "places"
 SAMPLING = "sampling"
 UNSEEN = "unseen roughness"
@@ -13,6 +14,7 @@ SECOND_SCAN_NOISE = "noise of the second scan"
 THIN = "thin menisci"
 
 MESH = "mesh"
+PRESSING = "pressing"
 RANGE = "range of adhesion"
 
 #: Pixel (nm) of a second scan that is advised, largest part of the first scan's pixel, and least width in pixels of the
@@ -80,6 +82,7 @@ ERROR_SOURCES = {
     "hardness": ErrorSource("a measured hardness of the softer body", (0.75, 1.25), "hardness {}", True),
     "humidity": ErrorSource("a measured humidity", (-0.05, 0.05), "humidity {}"),
     "contact angle": ErrorSource("measured contact angles", (-5.0, 5.0), "contact angles {}"),
+    PRESSING: ErrorSource("a stated preload", is_of_scan=True),
     PLACES: ErrorSource("more places, or a larger scan"),
     THIN: ErrorSource(""),
     SAMPLING: ErrorSource("more places, or a larger scan", label="choice of places"),

@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
 from roughxr.contact.adhesive_options import usual_step
-from roughxr.contact.refinement import LARGEST_SETTLING, settling_changes
+from roughxr.contact.pressing import is_range
 from roughxr.specimen import specimen_of
 
 PIXEL = 20.0
@@ -127,7 +127,7 @@ def main():
         stated = float(pull_off.pull_off_error[0])
         pressed = float(pull_off.pressed_pull_off_force[0])
         spent = time.process_time() - began
-        has_range.append(bool(settling_changes(pull, pressed) > LARGEST_SETTLING))
+        has_range.append(bool(is_range(pull, pressed)))
         ends = [pull, pressed] if has_range[-1] else [pull]
         low = min(ends) * (1 - stated)
         high = max(ends) * (1 + stated)
