@@ -24,12 +24,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from roughxr.asperity.catalogue import asperities
-from roughxr.asperity.reconstruction import reconstruct
-from roughxr.asperity.superposition import superpose
-from roughxr.bodies.pair import assign_pair
-from roughxr.contact.elastic import direct
-from roughxr.reproduction.run import second_group
+from roughxr.application.reproduction.run import second_group
+from roughxr.mechanics.asperity.catalogue import asperities
+from roughxr.mechanics.asperity.reconstruction import reconstruct
+from roughxr.mechanics.asperity.superposition import superpose
+from roughxr.mechanics.bodies.pair import assign_pair
+from roughxr.mechanics.contact.elastic import direct
 from roughxr.statistics import pull_off
 
 from make_glass import GLASS_SEED, GlassModel, glass, particle_centres  # isort: skip

@@ -15,11 +15,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from roughxr.archive import atomic_write, uninterrupted
-from roughxr.kernels.topography.random_surface import uniform
-from roughxr.scans.synthetic import OTHERS, labelled, unit_surface
-from roughxr.vocabulary import schema
-from roughxr.vocabulary.units import whole_number
+from roughxr.files.storage import atomic_write, uninterrupted
+from roughxr.mechanics.kernels.topography.random_surface import uniform
+from roughxr.mechanics.scans.synthetic import OTHERS, labelled, unit_surface
+from roughxr.mechanics.vocabulary import schema
+from roughxr.mechanics.vocabulary.units import whole_number
 
 #: Heights take few values, which compress best without shuffling their bytes: half the size, and exact.
 _COMPRESSED = {"zlib": True, "complevel": 9, "shuffle": False}

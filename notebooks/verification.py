@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 import roughxr
-from roughxr.kernels.asperity import maugis
+from roughxr.mechanics.kernels.asperity import maugis
 
 
 class Row(NamedTuple):

@@ -21,7 +21,7 @@ _loaded, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 def __getattr__(name: str) -> Any:
     if name not in __all__:
-        from .vocabulary.text import did_you_mean
+        from .mechanics.vocabulary.text import did_you_mean
 
         raise AttributeError(f"roughxr: no {name!r}{did_you_mean(name, __all__)}; list its names by dir(roughxr)")
     return _loaded(name)

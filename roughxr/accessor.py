@@ -9,29 +9,35 @@ from inspect import signature
 
 import xarray as xr
 
-from . import figures, scans, statistics
-from . import tables as exports
-from .asperity.catalogue import asperities
-from .asperity.moments import rolling
-from .asperity.pull_off_maps import pull_off_map
-from .asperity.reconstruction import reconstruct
-from .asperity.superposition import superpose
-from .bodies import indenter as probes
-from .bodies.pair import assign_pair
-from .contact.adhesion import adhesive
-from .contact.certificate import certificate
-from .contact.elastic import direct
-from .contact.regimes import formulas, regime
-from .contact.rigid.bodies import rigid
-from .measured import compare, fit_curve, fit_pair
-from .particles import critical_load, resting, resuspension
-from .statistics.headline import answer
-from .studies.extrapolation import extrapolated
-from .studies.parameter_grid import vary
-from .studies.uncertainty_budget import error_budget
-from .vocabulary import schema
-from .vocabulary.numbers import number
-from .vocabulary.text import did_you_mean
+from .application import figures
+from .application import tables as exports
+from .application.headline import answer
+from .files.curves.curve_fit import fit_curve
+from .mechanics import statistics
+from .mechanics.asperity.catalogue import asperities
+from .mechanics.asperity.moments import rolling
+from .mechanics.asperity.pull_off_maps import pull_off_map
+from .mechanics.asperity.reconstruction import reconstruct
+from .mechanics.asperity.superposition import superpose
+from .mechanics.bodies import indenter as probes
+from .mechanics.bodies.pair import assign_pair
+from .mechanics.contact.adhesion import adhesive
+from .mechanics.contact.certificate import certificate
+from .mechanics.contact.elastic import direct
+from .mechanics.contact.regimes import formulas, regime
+from .mechanics.contact.rigid.bodies import rigid
+from .mechanics.particles import critical_load, resting, resuspension
+from .mechanics.scans.editing import fill
+from .mechanics.scans.levelling import level
+from .mechanics.scans.roughness_parameters import roughness
+from .mechanics.studies.comparison import compare
+from .mechanics.studies.extrapolation import extrapolated
+from .mechanics.studies.fitting import fit_pair
+from .mechanics.studies.parameter_grid import vary
+from .mechanics.studies.uncertainty_budget import error_budget
+from .mechanics.vocabulary import schema
+from .mechanics.vocabulary.numbers import number
+from .mechanics.vocabulary.text import did_you_mean
 
 
 def _method(function: Callable) -> Callable:
@@ -86,9 +92,9 @@ class ContactAccessor:
 _GROUPS: dict[str, dict[Callable, str]] = {
     "the paper's": {
         assign_pair: "scan",
-        scans.level: "scan",
-        scans.fill: "scan",
-        scans.roughness: "scan",
+        level: "scan",
+        fill: "scan",
+        roughness: "scan",
         asperities: "scan",
         reconstruct: "scan",
         superpose: "scan asperities",

@@ -8,12 +8,12 @@ import dask
 import numpy as np
 
 from roughxr import checkpointed
-from roughxr.asperity.pull_off_maps import pull_off_map
-from roughxr.asperity.superposition import superpose
-from roughxr.contact.elastic import direct
-from roughxr.jobs import checkpoint
-from roughxr.jobs.checkpoint import Checkpoint
-from roughxr.jobs.spread import use_scheduler
+from roughxr.application import checkpoint
+from roughxr.application.checkpoint import Checkpoint
+from roughxr.mechanics.asperity.pull_off_maps import pull_off_map
+from roughxr.mechanics.asperity.superposition import superpose
+from roughxr.mechanics.contact.elastic import direct
+from roughxr.mechanics.jobs.spread import use_scheduler
 from roughxr.statistics import pull_off
 
 from .surfaces import glass_pair, rough, scan

@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughxr.kernels.asperity import jkr
-from roughxr.kernels.asperity.asperity_laws import ENERGY, AsperityContact, asperity_contact, pick
-from roughxr.kernels.asperity.elliptic_jkr import EllipseState
-from roughxr.kernels.asperity.elliptic_table import lookup, mark_at_row
-from roughxr.kernels.jit import kernel
+from roughxr.mechanics.kernels.asperity import jkr
+from roughxr.mechanics.kernels.asperity.asperity_laws import ENERGY, AsperityContact, asperity_contact, pick
+from roughxr.mechanics.kernels.asperity.elliptic_jkr import EllipseState
+from roughxr.mechanics.kernels.asperity.elliptic_table import lookup, mark_at_row
+from roughxr.mechanics.kernels.jit import kernel
 
 
 class Events(NamedTuple):

@@ -9,15 +9,10 @@ import numpy as np
 from scipy.interpolate import BSpline, PchipInterpolator
 from scipy.optimize import brentq
 
-from roughxr.kernels.asperity import elliptic_table, jkr, maugis
-from roughxr.kernels.asperity.ellipse import axis_ratio
-from roughxr.kernels.asperity.elliptic_jkr import (
-    EllipseState,
-    branch_end,
-    contact_at,
-    largest_tension,
-)
-from roughxr.kernels.asperity.elliptic_table import CELLS_ACROSS, CELLS_ALONG, LARGEST_RATIO, Table
+from roughxr.mechanics.kernels.asperity import elliptic_table, jkr, maugis
+from roughxr.mechanics.kernels.asperity.ellipse import axis_ratio
+from roughxr.mechanics.kernels.asperity.elliptic_jkr import EllipseState, branch_end, contact_at, largest_tension
+from roughxr.mechanics.kernels.asperity.elliptic_table import CELLS_ACROSS, CELLS_ALONG, LARGEST_RATIO, Table
 
 
 def sites(cells):

@@ -4,8 +4,8 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import spence
 
-from roughxr.kernels.adhesion import potentials
-from roughxr.kernels.asperity import maugis
+from roughxr.mechanics.kernels.adhesion import potentials
+from roughxr.mechanics.kernels.asperity import maugis
 
 
 def potential(law, work, length, retardation=np.inf):

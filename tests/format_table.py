@@ -7,8 +7,8 @@ import io
 import tempfile
 from pathlib import Path
 
-from roughxr import cli
-from roughxr.scans import formats
+from roughxr.application import cli
+from roughxr.files.images import formats
 
 from .afm_files import WRITERS, given, image_size, picture
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughxr.kernels.halfspace.displacement_control import (
+from roughxr.mechanics.kernels.halfspace.displacement_control import (
     AREA,
     CONVERGED,
     ELASTIC,
@@ -13,7 +13,7 @@ from roughxr.kernels.halfspace.displacement_control import (
     Hardness,
     sweep_arrays,
 )
-from roughxr.kernels.halfspace.load_control import loaded_arrays
+from roughxr.mechanics.kernels.halfspace.load_control import loaded_arrays
 
 __all__ = [
     "AREA",

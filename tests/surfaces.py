@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 
 from roughxr import scans
-from roughxr.bodies.pair import assign_pair
-from roughxr.contact.rigid.bodies import rigid
-from roughxr.kernels.halfspace.separation import PROFILES
+from roughxr.mechanics.bodies.pair import assign_pair
+from roughxr.mechanics.contact.rigid.bodies import rigid
+from roughxr.mechanics.kernels.halfspace.separation import PROFILES
 
 
 @contextmanager
@@ -22,11 +22,11 @@ def paraboloids():
 @contextmanager
 def bare_runs(*without):
     """Run without figures and without parts, by default the extrapolation below the pixel: they have own tests."""
-    from roughxr.runs import analysis
+    from roughxr.application.runs import analysis
 
     parts = [part for part in analysis.PARTS if part.name not in (without or ("extrapolated",))]
     with (
-        patch("roughxr.report.report_page._pictures", lambda run, figures: []),
+        patch("roughxr.application.report.report_page._pictures", lambda run, figures: []),
         patch.dict(analysis.execute.__kwdefaults__, draw_figures=lambda run: iter(())),
         patch.object(analysis, "PARTS", parts),
     ):

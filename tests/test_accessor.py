@@ -82,9 +82,9 @@ def test_a_scan_has_no_pull_off_before_a_simulation():
 def test_import_takes_little_more_than_that_of_xarray_and_registers_the_accessors():
     """What reads, solves and draws is imported by the first name that is used; the shell's help needs none of it."""
     program = """
-import sys, xarray, roughxr, roughxr.cli
+import sys, xarray, roughxr, roughxr.application.cli
 assert "contact" in vars(xarray.Dataset) and "contact" in vars(xarray.DataArray)
-roughxr.cli.command_line()
+roughxr.application.cli.command_line()
 assert not {"numba", "scipy", "dask.array", "matplotlib", "netCDF4"} & set(sys.modules), "imported too early"
 roughxr.rigid
 assert not {"matplotlib", "distributed", "pint"} & set(sys.modules), "imported too early"

@@ -10,10 +10,10 @@ import xarray as xr
 
 import roughxr
 from roughxr import reference
-from roughxr.cli import main
-from roughxr.kernels.adhesion import potentials, traction_laws
-from roughxr.kernels.asperity.asperity_laws import RANGED
-from roughxr.vocabulary.adhesion_laws import (
+from roughxr.application.cli import main
+from roughxr.mechanics.kernels.adhesion import potentials, traction_laws
+from roughxr.mechanics.kernels.asperity.asperity_laws import RANGED
+from roughxr.mechanics.vocabulary.adhesion_laws import (
     ADHESION_LAWS,
     AUTO,
     DUGDALE,
@@ -91,7 +91,7 @@ def test_a_misspelt_synonym_is_answered_with_the_nearest():
         roughxr.superpose(surface(), law="mauguis", delta=[1.0])
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_other_functions_take_synonyms():
     options = {"rms": 0.3, "length": 0.3}
     assert reference.gaussian_work(law="LJ", **options) == reference.gaussian_work(law=LENNARD_JONES, **options)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import roughxr
-from roughxr.bodies.pair_record import read_pair
-from roughxr.scans.synthetic import self_affine
+from roughxr.mechanics.bodies.pair_record import read_pair
+from roughxr.mechanics.scans.synthetic import self_affine
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_each_verb_reads_the_range_of_the_pair(pair, verb):
     assert not np.isclose(far.values, usual.values, rtol=1e-3).any()
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_tabors_parameter_goes_with_the_range_to_the_minus_one(pair):
     """Ten times the range is a tenth of the parameter, in the table of asperities and in what is recommended."""
     far = pair.assign_coords(adhesion_range=3.0)
@@ -45,7 +45,7 @@ def test_tabors_parameter_goes_with_the_range_to_the_minus_one(pair):
         np.testing.assert_allclose(VERBS[verb](far).values, VERBS[verb](pair).values / 10, rtol=1e-12)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_a_range_far_above_what_summits_bend_is_not_said_to_be_none():
     """Soft summits whose adhesion reaches 5 nm: Tabor's parameter is 0.64, and no sum without range is recommended."""
     ground = self_affine((64, 64), 10.0, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=3)

@@ -5,10 +5,10 @@ import pytest
 import scipy.fft
 from scipy.optimize import minimize
 
-from roughxr.kernels.adhesion import traction_laws as laws
-from roughxr.kernels.adhesion.path import follow_path
-from roughxr.kernels.halfspace.love import love_coefficients
-from roughxr.kernels.halfspace.products import DENSE_LIMIT, surface_displacement
+from roughxr.mechanics.kernels.adhesion import traction_laws as laws
+from roughxr.mechanics.kernels.adhesion.path import follow_path
+from roughxr.mechanics.kernels.halfspace.love import love_coefficients
+from roughxr.mechanics.kernels.halfspace.products import DENSE_LIMIT, surface_displacement
 
 from . import half_space as kalker
 

@@ -8,15 +8,15 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.contact.adhesion import adhesive
-from roughxr.contact.elastic import LIMITS, direct
-from roughxr.kernels.asperity import jkr, maugis
+from roughxr.mechanics.contact.adhesion import adhesive
+from roughxr.mechanics.contact.elastic import LIMITS, direct
+from roughxr.mechanics.kernels.asperity import jkr, maugis
 from tests import surfaces
 
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = [
-    pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair"),
-    pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact"),
+    pytest.mark.filterwarnings("ignore::roughxr.mechanics.bodies.pair.ImplausiblePair"),
+    pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact"),
 ]
 
 #: The limit without range on the pixels as they are.
@@ -204,7 +204,7 @@ def test_without_adhesion_it_is_the_elastic_contact(law, monkeypatch):
     ds["work_of_adhesion"] = 0.0
     delta = [3.0, 6.0, 9.0]
     adhering = by_cells(ds, delta=delta, mesh=roughxr.Mesh(1, step=1.0), **law).force
-    monkeypatch.setattr("roughxr.contact.elastic.LIMITS", LIMITS._replace(tolerance=1e-9))
+    monkeypatch.setattr("roughxr.mechanics.contact.elastic.LIMITS", LIMITS._replace(tolerance=1e-9))
     elastic = direct(ds, delta=delta).force
     for branch in ("loading", "retraction"):
         np.testing.assert_allclose(adhering.sel(branch=branch), elastic, rtol=1e-6, atol=1e-6)
@@ -340,7 +340,7 @@ def test_poor_resolution_is_said():
 
 
 def test_too_many_cells_are_said(ground, monkeypatch):
-    monkeypatch.setattr("roughxr.contact.cycle.MOST_CELLS", 50)
+    monkeypatch.setattr("roughxr.mechanics.contact.cycle.MOST_CELLS", 50)
     with pytest.warns(UserWarning, match="needed more than .* cells"):
         solution = by_cells(ground, delta=[8.0], mesh=roughxr.Mesh(1, step=1.0))
     assert not bool(solution.complete[0])

@@ -8,7 +8,7 @@ import roughxr
 from .surfaces import glass_pair, scan
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.bodies.pair.ImplausiblePair")
 
 RADIUS = 3000.0
 W = 2 * 0.6747
@@ -48,8 +48,8 @@ def two_bumps(pixel, offset):
     return scan(np.maximum(np.maximum(*summits), -30), pixel).contact.assign_pair(**bodies)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_the_stated_error_of_a_single_mesh_covers_bumps_that_it_was_not_fitted_to():
     """1.5 to 6 cells to a contact's radius at pull-off; from four cells on a quarter or less is stated."""
     options = {"law": "jkr", "subregions": ([0.0], [0.0]), "preload": 100.0, "mesh": 1}

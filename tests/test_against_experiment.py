@@ -31,7 +31,7 @@ def test_the_share_of_fine_roughness_is_zero_where_there_is_none(monkeypatch):
     assert share == pytest.approx(0, abs=1e-3)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_equally_rough_surfaces_are_told_apart_by_their_own_rms_alone():
     surface = {"pixel": 1.0, "hurst": 0.7, "rolloff": 50.0, "cutoff": 4.0}
     bodies = {"contact_modulus": 200.0, "work_of_adhesion": 0.1, "adhesion_range": 0.3, "hardness": 20.0}
@@ -61,7 +61,7 @@ def test_a_smooth_silica_sphere_rolls_at_the_moment_of_one_contact():
     assert ratio == pytest.approx(1.087872 * contact_radius / 1000.0, rel=0.05)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_smooth_spheres_pull_in_the_order_of_their_radii():
     smooth = {"least_rms": 1e-3, "ratio": 1.0, "hurst": 0.7, "rolloff": 200.0, "length": 0.5}
     assert against.glass_on_silicon(1, 128, **smooth) == (1.0,)

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import archive, cli
+from roughxr import archive
+from roughxr.application import cli
 from roughxr.archive import load, save
-from roughxr.asperity.superposition import superpose
-from roughxr.contact.elastic import direct
+from roughxr.mechanics.asperity.superposition import superpose
+from roughxr.mechanics.contact.elastic import direct
+from roughxr.mechanics.vocabulary.schema import history
 from roughxr.statistics import pull_off
-from roughxr.vocabulary.schema import history
 
 from .surfaces import glass_pair, rough, scan
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from roughxr import Mesh, reference
-from roughxr.asperity.catalogue import asperities, poorly_fitted
-from roughxr.asperity.reconstruction import reconstruct
-from roughxr.kernels.topography.peaks import search
-from roughxr.scans.synthetic import self_affine
+from roughxr.mechanics.asperity.catalogue import asperities, poorly_fitted
+from roughxr.mechanics.asperity.reconstruction import reconstruct
+from roughxr.mechanics.kernels.topography.peaks import search
+from roughxr.mechanics.scans.synthetic import self_affine
 
 from .surfaces import glass_pair, rough, scan
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.asperity.catalogue import asperities
+from roughxr.mechanics.asperity.catalogue import asperities
 
 from .surfaces import glass_pair, rough, scan
 

@@ -8,14 +8,9 @@ import numpy as np
 import pytest
 from scipy import integrate, optimize, special
 
-from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr
-from roughxr.kernels.asperity.asperity_laws import (
-    ASPERITY_LAWS,
-    asperity_contact,
-    asperity_scales,
-    law,
-)
-from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals, hertz
+from roughxr.mechanics.kernels.asperity import elliptic_jkr, elliptic_table, jkr
+from roughxr.mechanics.kernels.asperity.asperity_laws import ASPERITY_LAWS, asperity_contact, asperity_scales, law
+from roughxr.mechanics.kernels.asperity.ellipse import axis_ratio, elliptic_integrals, hertz
 
 from .asperity_loops import asperities_contact, asperity_events
 from .asperity_tables import stable_state

@@ -5,7 +5,7 @@ import threading
 import numpy as np
 
 import roughxr
-from roughxr.scans.cache import cached
+from roughxr.mechanics.scans.cache import cached
 
 from .surfaces import glass_pair, rough, scan
 

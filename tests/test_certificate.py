@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 import roughxr
-from roughxr.contact import elastic
-from roughxr.kernels.adhesion import equilibrium as smooth_equilibrium
-from roughxr.kernels.adhesion import states as smooth_states
-from roughxr.kernels.adhesion.traction_laws import smooth_law
-from roughxr.kernels.halfspace import displacement_control, working_set
+from roughxr.mechanics.contact import elastic
+from roughxr.mechanics.kernels.adhesion import equilibrium as smooth_equilibrium
+from roughxr.mechanics.kernels.adhesion import states as smooth_states
+from roughxr.mechanics.kernels.adhesion.traction_laws import smooth_law
+from roughxr.mechanics.kernels.halfspace import displacement_control, working_set
 
 from . import half_space
 from .surfaces import rough, scan, sphere_gap
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 
 PIXEL = 4.0
 MODULUS = 40.0

@@ -18,15 +18,15 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from roughxr import archive, report, scans, superpose
-from roughxr.bodies.pair import elastic
-from roughxr.cli import main
-from roughxr.cli.checks import both_counts
-from roughxr.cli.options import command_line
-from roughxr.contact.mesh import Mesh
-from roughxr.reproduction import conclusion, printed, printed_tables
-from roughxr.reproduction import run as reproduction
-from roughxr.reproduction.numbered_figures import FIGURES, SIMULATED_FIGURES
-from roughxr.runs import analysis
+from roughxr.application.cli import main
+from roughxr.application.cli.checks import both_counts
+from roughxr.application.cli.options import command_line
+from roughxr.application.reproduction import conclusion, printed, printed_tables
+from roughxr.application.reproduction import run as reproduction
+from roughxr.application.reproduction.numbered_figures import FIGURES, SIMULATED_FIGURES
+from roughxr.application.runs import analysis
+from roughxr.mechanics.bodies.pair import elastic
+from roughxr.mechanics.contact.mesh import Mesh
 
 from .surfaces import bare_runs, rough, scan
 
@@ -307,7 +307,7 @@ def paper_alone(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(io.StringIO()):
         patch.setattr(reproduction, "_COMPARISON", "none")
         patch.setattr(reproduction, "paper_figures", empty_figures)
-        patch.setattr("roughxr.report.report_page._pictures", lambda run, figures: [])
+        patch.setattr("roughxr.application.report.report_page._pictures", lambda run, figures: [])
         groups = reproduction.paper(folder)
     return folder, groups, drawn
 
@@ -378,7 +378,9 @@ def finished(tmp_path_factory):
 
 
 def test_run_does_the_same_for_any_scan(finished, tmp_path, monkeypatch):
-    monkeypatch.setattr("roughxr.report.report_page._pictures", lambda run, figures: [])  # they are of `test_report`
+    monkeypatch.setattr(
+        "roughxr.application.report.report_page._pictures", lambda run, figures: []
+    )  # they are of `test_report`
     command, archived, printed = finished
     assert "pull-off, mean" in printed
     with xr.open_datatree(archived) as tree:
@@ -425,7 +427,7 @@ def test_the_hardness_of_the_paper_is_an_estimate_that_changes_no_force(tmp_path
 
 
 def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
-    from roughxr.runs import analysis
+    from roughxr.application.runs import analysis
 
     def interrupted(*arguments, **options):
         raise KeyboardInterrupt
@@ -554,7 +556,7 @@ EMPTY = {
     + [pytest.param(options, "", id=name, marks=pytest.mark.soak) for name, options in EMPTY.items()],
 )
 def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, output, tmp_path, monkeypatch):
-    monkeypatch.setattr("roughxr.report.report_page._DPI", 50)  # whether they are drawn, and not how well
+    monkeypatch.setattr("roughxr.application.report.report_page._DPI", 50)  # whether they are drawn, and not how well
     if "--delta" in options:
         monkeypatch.setattr(analysis, "PARTS", WITHOUT_EXTRAPOLATION)  # as in the other cases
     scan(rough(64, rms=1.0, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
@@ -661,7 +663,7 @@ def test_a_file_is_no_place_for_a_run(tmp_path, capsys):
 
 
 def test_a_reader_that_has_had_enough_is_no_error(tmp_path):
-    program = f"import sys; from roughxr.cli import main; sys.exit(main({['--help']!r}))"
+    program = f"import sys; from roughxr.application.cli import main; sys.exit(main({['--help']!r}))"
     buffered = os.environ | {"PYTHONUNBUFFERED": ""}  # the output is written at the end
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen([sys.executable, "-c", program], **pipes, env=buffered) as process:

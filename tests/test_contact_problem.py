@@ -6,8 +6,8 @@ import xarray as xr
 
 import roughxr
 from roughxr import adhesive, assign_pair, direct, pull_off, pull_off_map, superpose
+from roughxr.mechanics.vocabulary import schema
 from roughxr.statistics import pdf, summary
-from roughxr.vocabulary import schema
 
 from .surfaces import glass_pair, rough, scan
 
@@ -77,7 +77,7 @@ def test_default_displacements_of_adhering_bodies_press_by_some_times_the_pull_o
     np.testing.assert_array_equal(direct(surface.chunk(128), subregions=(8, 8)).force, solved.force)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 def test_a_superposition_knows_its_exact_pull_off_whatever_its_displacements():
     surface = glass_pair(scan(rough(96)))
     exact = pull_off_map(surface, subregions=(4, 4))
@@ -91,7 +91,7 @@ def test_a_superposition_knows_its_exact_pull_off_whatever_its_displacements():
     assert float(part.max()) <= 1 + 1e-12 and float(part.min()) > 0.9
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 def test_what_speaks_for_some_places_says_so():
     surface = glass_pair(scan(rough(96)))
     summed = superpose(surface, subregions=(4, 4))
@@ -105,7 +105,7 @@ def test_what_speaks_for_some_places_says_so():
         summary(by_steps)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 @pytest.mark.parametrize("kind", [adhesive, direct, superpose, pull_off_map, roughxr.rigid])
 def test_a_sphere_wider_than_the_scan_is_refused_with_the_width_that_it_needs(kind):
     """1 mm on 0.6 µm: every place touched the scan's highest peak, and others beyond the scan were not shown."""

@@ -10,7 +10,8 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.scans import UnreadableScan, synthetic
+from roughxr.mechanics.scans import synthetic
+from roughxr.scans import UnreadableScan
 
 META = """
 surfaces:

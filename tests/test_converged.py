@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from roughxr import direct, pull_off, rolling
-from roughxr.contact import elastic
+from roughxr.mechanics.contact import elastic
 from roughxr.statistics import force_ratio
 
 from .surfaces import glass_pair, rough, scan
@@ -38,7 +38,7 @@ def test_direct_warns_once_and_what_rests_on_it_is_missing(surface, monkeypatch)
     np.testing.assert_array_equal(beside.force_direct.isnull(), ~poor.converged)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_a_sweep_has_no_pull_off_where_its_largest_pull_has_not_converged():
     force = xr.DataArray([[1.0, -5.0, -2.0], [1.0, -5.0, -2.0]], dims=("subregion", "delta"))
     solved = xr.DataArray([[True, True, False], [True, False, True]], dims=("subregion", "delta"))

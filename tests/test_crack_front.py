@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roughxr.kernels.adhesion import front
+from roughxr.mechanics.kernels.adhesion import front
 from tests.benchmarks import crack_front as benchmark
 
 #: Radius (nm), modulus (GPa) and work (J/m²) of the sphere.

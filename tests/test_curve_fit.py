@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.cli import main
-from roughxr.kernels.asperity import maugis
+from roughxr.application.cli import main
+from roughxr.mechanics.kernels.asperity import maugis
 
 REACH = 0.3
 

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.measured.curve_fit import MisfittingCurves
+from roughxr.files.curves.curve_fit import MisfittingCurves
 
 from .test_curve_fit import branch, drawn, measured
 

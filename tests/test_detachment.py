@@ -11,11 +11,12 @@ from scipy.optimize import brentq
 
 import roughxr
 from roughxr import particles
-from roughxr.particles import Flow, biasi_adhesion, loads, rock_n_roll
-from roughxr.particles.force_balance import with_pull_off
-from roughxr.particles.kinetics import resuspension_rate
-from roughxr.report.summary import critical_median
-from roughxr.statistics.sampling import one_of_each_place
+from roughxr.application.report.summary import critical_median
+from roughxr.mechanics.particles import loads
+from roughxr.mechanics.particles.force_balance import with_pull_off
+from roughxr.mechanics.particles.kinetics import resuspension_rate
+from roughxr.mechanics.statistics.sampling import one_of_each_place
+from roughxr.particles import Flow, biasi_adhesion, rock_n_roll
 
 from .benchmarks import reeks_hall
 from .surfaces import glass_pair, rough, scan

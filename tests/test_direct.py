@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.bodies.pair import assign_pair
-from roughxr.contact.elastic import direct
+from roughxr.mechanics.bodies.pair import assign_pair
+from roughxr.mechanics.contact.elastic import direct
 
 from . import half_space as kalker
 from .surfaces import glass_pair, paraboloids, rough, scan
@@ -74,7 +74,7 @@ def test_contact_at_the_scans_edge_is_marked():
     assert corner[1] < middle[1]
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_nothing_touched_is_zero_force_not_missing(surface):
     solution = direct(surface, delta=[-3, 0.0])
     assert (solution.force == 0).all() and (solution.contact_area == 0).all() and solution.converged.all()
@@ -169,7 +169,7 @@ def test_bad_options_are_refused_in_words(surface, options, says):
         direct(surface, **options)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 @pytest.mark.parametrize("verb", ["direct", "adhesive"])
 def test_a_displacement_of_the_size_of_the_sphere_is_asked_about(verb):
     """5 µm in place of 5 nm, on a sphere of 3 µm; what the surface's relief explains is not."""

@@ -10,10 +10,10 @@ import pytest
 import xarray as xr
 
 from roughxr import archive
-from roughxr.archive import atomic_write, remove_leftovers, uninterrupted
-from roughxr.cli.file_commands import save_picture
+from roughxr.application.cli.file_commands import save_picture
+from roughxr.application.tables import to_table
+from roughxr.files.storage import atomic_write, remove_leftovers, uninterrupted
 from roughxr.scans import to_file
-from roughxr.tables import to_table
 
 from .surfaces import rough, scan
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from roughxr.kernels.halfspace import active_set, working_set
-from roughxr.kernels.halfspace.products import operator, surface_displacement
+from roughxr.mechanics.kernels.halfspace import active_set, working_set
+from roughxr.mechanics.kernels.halfspace.products import operator, surface_displacement
 
 from . import half_space as kalker
 from .half_space import loaded
@@ -81,7 +81,7 @@ def test_error_falls_with_the_pixel():
 
 
 def test_elliptic_hertz():
-    from roughxr.kernels.asperity.ellipse import hertz as elliptic
+    from roughxr.mechanics.kernels.asperity.ellipse import hertz as elliptic
 
     A = 1 / 6000
     B = 5 / 6000
@@ -283,7 +283,7 @@ def test_cells_exchanged_one_at_a_time_reach_the_same_contact(dense):
 
 
 def test_the_preconditioner_is_the_inverse_of_the_coefficients():
-    from roughxr.kernels.halfspace.love import love_coefficients
+    from roughxr.mechanics.kernels.halfspace.love import love_coefficients
 
     index = np.minimum(np.arange(128), 128 - np.arange(128))
     inverse = np.fft.ifft2(1 / np.fft.fft2(love_coefficients(65, 65)[np.ix_(index, index)])).real

@@ -12,15 +12,16 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import archive, report, tables
-from roughxr.cli import main
-from roughxr.doors import kind_of
+from roughxr import archive, report
+from roughxr.application import tables
+from roughxr.application.cli import main
+from roughxr.application.runs import analysis, several
+from roughxr.files.doors import kind_of
+from roughxr.files.images.hdf5 import hdf5_channels
+from roughxr.files.images.netcdf import unread, variable_names
 from roughxr.measured import open_pull_off
-from roughxr.runs import analysis, several
+from roughxr.mechanics.scans.synthetic import self_affine
 from roughxr.scans import open_container, open_scan, to_file, to_netcdf
-from roughxr.scans.hdf5 import hdf5_channels
-from roughxr.scans.netcdf import unread, variable_names
-from roughxr.scans.synthetic import self_affine
 
 from .surfaces import bare_runs
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import integrate, special
 
-from roughxr.kernels.asperity.ellipse import (
+from roughxr.mechanics.kernels.asperity.ellipse import (
     associate_integrals,
     axis_ratio,
     curvature_ratio,

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from roughxr.kernels.topography.envelope import asperity_rows, upper_envelope
-from roughxr.kernels.topography.paraboloid import fit_paraboloids
-from roughxr.kernels.topography.peaks import search
+from roughxr.mechanics.kernels.topography.envelope import asperity_rows, upper_envelope
+from roughxr.mechanics.kernels.topography.paraboloid import fit_paraboloids
+from roughxr.mechanics.kernels.topography.peaks import search
 
 X = np.arange(37) * 10.0
 Y = np.arange(23) * 15.0

@@ -10,9 +10,9 @@ import pytest
 from scipy import special
 
 from roughxr import asperities, reference
-from roughxr.kernels.asperity import elliptic_jkr
-from roughxr.kernels.asperity.ellipse import axis_ratio
-from roughxr.kernels.topography.paraboloid import principal
+from roughxr.mechanics.kernels.asperity import elliptic_jkr
+from roughxr.mechanics.kernels.asperity.ellipse import axis_ratio
+from roughxr.mechanics.kernels.topography.paraboloid import principal
 
 from .surfaces import rough, scan
 

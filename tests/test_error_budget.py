@@ -7,19 +7,19 @@ from matplotlib.figure import Figure
 
 import roughxr
 from roughxr import archive, figures, report
-from roughxr.report.summary import BUDGET
-from roughxr.studies import budget_changes
-from roughxr.studies.assumptions import CHANGES
-from roughxr.studies.budget_changes import mean_change
-from roughxr.studies.uncertainty_budget import budget_of, error_budget
-from roughxr.vocabulary import numbers
-from roughxr.vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, THIN, UNKNOWN_RANGE
+from roughxr.application.report.summary import BUDGET
+from roughxr.mechanics.studies import budget_changes
+from roughxr.mechanics.studies.assumptions import CHANGES
+from roughxr.mechanics.studies.budget_changes import mean_change
+from roughxr.mechanics.studies.uncertainty_budget import budget_of, error_budget
+from roughxr.mechanics.vocabulary import numbers
+from roughxr.mechanics.vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, THIN, UNKNOWN_RANGE
 
 from .surfaces import as_measured
 from .verb_calls import unlabelled
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 
 QUICK = {"law": "exponential", "mesh": roughxr.Mesh(1, step=0.8)}
 

@@ -13,7 +13,7 @@ from matplotlib.image import imread
 
 import roughxr
 from roughxr import archive, report
-from roughxr.cli import main
+from roughxr.application.cli import main
 
 from .browser import BROWSER, NO_BROWSER, Browser
 from .surfaces import rough, scan
@@ -67,7 +67,7 @@ def pixels(uri):
     return imread(io.BytesIO(base64.b64decode(uri.partition(",")[2])))
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_places_are_those_of_the_archive(data, run):
     centres = [[place["x"], place["y"]] for place in data["places"]]
     direct = run["solutions/direct"]
@@ -91,7 +91,7 @@ def test_curves_and_pull_offs_are_the_archives(data, run):
         assert points["force"] == pytest.approx([-float(solved.pull_off_force[k])], rel=1e-4)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_missing_groups_are_left_out_and_missing_numbers_are_null(run):
     bare = content(report.explorer_page({"scan": run["scan"], "solutions/direct": run["solutions/direct"]}))
     assert bare["pulls"] == [] and [curve["name"] for curve in bare["curves"]] == ["direct"]

@@ -9,9 +9,9 @@ import xarray as xr
 
 import roughxr
 from roughxr import archive, particles, roughness
+from roughxr.application.tables import to_table
+from roughxr.mechanics.vocabulary import schema
 from roughxr.particles import to_dem
-from roughxr.tables import to_table
-from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
 
@@ -27,7 +27,7 @@ def pull():
     return schema.label(xr.Dataset(values, coords=pair | places))
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_resuspension_table_is_the_distribution(pull):
     head = to_dem(pull, code="rock_n_roll")
     forces = pd.read_csv(io.StringIO(head), comment="#")
@@ -50,7 +50,7 @@ def test_csv_comes_back_as_it_was(pull, tmp_path):
     assert len(table) == 5
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 def test_a_catalogue_and_a_sweep_are_tables_too(tmp_path):
     scan = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     catalogue = roughxr.asperities(scan)

@@ -8,20 +8,27 @@ import xarray as xr
 
 import roughxr
 from roughxr import figures, report
-from roughxr.report.summary import best_estimate_notes
-from roughxr.scans import ImplausibleScan, synthetic
-from roughxr.studies import extrapolation
-from roughxr.studies.assumptions import CHANGES, noise_limit, range_deviation
-from roughxr.studies.extrapolation import one_scan_factor, pixel_series, real_pull_off, unseen_octaves, without_estimate
-from roughxr.studies.finer_scan import second_scan
-from roughxr.vocabulary.error_sources import SECOND_SCAN_NOISE, UNSEEN
+from roughxr.application.report.summary import best_estimate_notes
+from roughxr.mechanics.scans import synthetic
+from roughxr.mechanics.studies import extrapolation
+from roughxr.mechanics.studies.assumptions import CHANGES, noise_limit, range_deviation
+from roughxr.mechanics.studies.extrapolation import (
+    one_scan_factor,
+    pixel_series,
+    real_pull_off,
+    unseen_octaves,
+    without_estimate,
+)
+from roughxr.mechanics.studies.finer_scan import second_scan
+from roughxr.mechanics.vocabulary.error_sources import SECOND_SCAN_NOISE, UNSEEN
+from roughxr.scans import ImplausibleScan
 
 from .surfaces import as_measured
 
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = [
-    pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities"),
-    pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact"),
+    pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities"),
+    pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact"),
 ]
 
 PAIR = {"sphere_radius": 300, "materials": "glass"}

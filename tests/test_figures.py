@@ -17,18 +17,18 @@ from matplotlib import pyplot
 
 from roughxr import figures, scans
 from roughxr.accessor import ContactAccessor
-from roughxr.asperity.catalogue import asperities
-from roughxr.asperity.reconstruction import reconstruct
-from roughxr.asperity.superposition import superpose
-from roughxr.bodies.pair import assign_pair
-from roughxr.contact.elastic import direct
-from roughxr.figures import style
-from roughxr.reproduction import paper_figures
-from roughxr.scans import regions
+from roughxr.application.figures import style
+from roughxr.application.reproduction import paper_figures
+from roughxr.mechanics.asperity.catalogue import asperities
+from roughxr.mechanics.asperity.reconstruction import reconstruct
+from roughxr.mechanics.asperity.superposition import superpose
+from roughxr.mechanics.bodies.pair import assign_pair
+from roughxr.mechanics.contact.elastic import direct
+from roughxr.mechanics.scans import regions
+from roughxr.mechanics.statistics.sampling import by_share
+from roughxr.mechanics.vocabulary import schema
+from roughxr.mechanics.vocabulary.units import converts, factor
 from roughxr.statistics import LAWS, bootstrap, debris, pull_off
-from roughxr.statistics.sampling import by_share
-from roughxr.vocabulary import schema
-from roughxr.vocabulary.units import converts, factor
 
 #: Labels of numbers without a unit.
 UNIT_ONE = ("samples", "ln(B/A)", "axis ratio", "probability density", "/P_c", "/a_c", "delta_c", "rough / smooth")

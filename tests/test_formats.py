@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import roughxr
-from roughxr import cli
-from roughxr.scans import ImplausibleScan, UnreadableScan, describe, formats, open_scan
+from roughxr.application import cli
+from roughxr.files.images import formats
+from roughxr.scans import ImplausibleScan, UnreadableScan, describe, open_scan
 
 from .afm_files import (
     JPK_COUNT,
@@ -163,7 +164,7 @@ def test_an_hdf5_file_without_a_matrix_is_refused(tmp_path):
         open_scan(tmp_path / "curve.h5")
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.scans.plausibility.ImplausibleScan")
 def test_points_of_a_grid_in_any_order(tmp_path):
     path = WRITERS["xyz"](tmp_path, ROWS, SIZE)
     heading, *points = path.read_text().splitlines()
@@ -381,7 +382,7 @@ def test_a_nexus_image_has_the_size_and_orientation_of_its_axes(tmp_path, upward
     assert_same(open_scan(path), SCAN, 1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.scans.plausibility.ImplausibleScan")
 def test_topostats_grains_do_not_take_the_place_of_the_image(tmp_path):
     path = WRITERS["topostats"](tmp_path, ROWS, (SIZE[0], SIZE[0] / ROWS.shape[1] * ROWS.shape[0]))
     with h5py.File(path, "a") as file:

@@ -4,13 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from roughxr.kernels.halfspace.love import love_coefficients
-from roughxr.kernels.halfspace.products import (
-    multiply,
-    operator,
-    surface_displacement,
-)
-from roughxr.kernels.halfspace.separation import PARABOLA, SPHERE, map_separation, sphere_separation
+from roughxr.mechanics.kernels.halfspace.love import love_coefficients
+from roughxr.mechanics.kernels.halfspace.products import multiply, operator, surface_displacement
+from roughxr.mechanics.kernels.halfspace.separation import PARABOLA, SPHERE, map_separation, sphere_separation
 
 
 @pytest.mark.parametrize("offset", [(1, 0), (2, 1), (5, 3)])

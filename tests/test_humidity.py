@@ -7,25 +7,26 @@ from scipy.integrate import quad
 from scipy.special import ndtr, ndtri
 
 import roughxr
-from roughxr import cli, reference, report
-from roughxr.bodies import liquid
-from roughxr.cli.options import command_line
-from roughxr.cli.running import paired
-from roughxr.contact.adhesion import adhesive_and_moments
-from roughxr.kernels.adhesion import potentials
-from roughxr.kernels.adhesion import rigid as kernels
-from roughxr.kernels.asperity import maugis
-from roughxr.kernels.topography.interpolation import splined
-from roughxr.particles.resting_places import resting
-from roughxr.scans import regions
+from roughxr import reference, report
+from roughxr.application import cli
+from roughxr.application.cli.options import command_line
+from roughxr.application.cli.running import paired
+from roughxr.mechanics.bodies import liquid
+from roughxr.mechanics.contact.adhesion import adhesive_and_moments
+from roughxr.mechanics.kernels.adhesion import potentials
+from roughxr.mechanics.kernels.adhesion import rigid as kernels
+from roughxr.mechanics.kernels.asperity import maugis
+from roughxr.mechanics.kernels.topography.interpolation import splined
+from roughxr.mechanics.particles.resting_places import resting
+from roughxr.mechanics.scans import regions
 
 from .closed_forms import maugis_pull_off, sphere_attraction
 from .surfaces import bare_runs, paraboloids, rigid_pull_off, rough, scan
 
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = [
-    pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact"),
-    pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult"),
+    pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact"),
+    pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult"),
 ]
 
 GAMMA = 0.072
@@ -479,7 +480,7 @@ def test_the_command_line_takes_the_humid_air(tmp_path):
     assert float(pair.humidity) == 0.6 and float(pair.contact_angle_2) == pytest.approx(np.pi / 3)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.bodies.pair.ImplausiblePair")
 @pytest.mark.parametrize("humidity", [0.3, 0.5, 0.9])
 def test_the_simulation_gives_the_anchors_of_stiff_bodies_and_maugis_of_others(humidity):
     """Dugdale's law is the liquid's: on stiff bodies 4πRγ, on glass the pull-off of Maugis's λ."""
@@ -499,7 +500,7 @@ def test_the_simulation_gives_the_anchors_of_stiff_bodies_and_maugis_of_others(h
     assert float(simulated.pull_off_force[0]) == pytest.approx(expected, rel=0.01)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.bodies.pair.ImplausiblePair")
 def test_the_simulation_sums_the_works_of_liquid_and_solids():
     """The solids' part under the liquid and, beyond its edge, their whole: as between rigid bodies."""
     pair = wet(scan(np.zeros((101, 101)), 5.0), 0.3, contact_modulus=1e4, work_of_adhesion=(0.06, 0.02))

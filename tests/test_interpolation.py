@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.kernels.topography.interpolation import band_limited, splined
+from roughxr.mechanics.kernels.topography.interpolation import band_limited, splined
 
 
 def waves_of(shortest, seed, *, noise=0.0, n=64):

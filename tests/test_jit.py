@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from roughxr.kernels import jit
+from roughxr.mechanics.kernels import jit
 
-TEXT = "from roughxr.kernels.jit import kernel\n{}\n\n@kernel\ndef {}(x):\n    return {}\n"
+TEXT = "from roughxr.mechanics.kernels.jit import kernel\n{}\n\n@kernel\ndef {}(x):\n    return {}\n"
 
 
 @pytest.mark.skipif(
@@ -37,7 +37,7 @@ def test_the_share_of_kernels_to_compile_falls_as_they_are_stored(tmp_path):
     begin = [
         sys.executable,
         "-c",
-        "from roughxr.kernels import jit; from roughxr.kernels.asperity import ellipse;"
+        "from roughxr.mechanics.kernels import jit; from roughxr.mechanics.kernels.asperity import ellipse;"
         "import numpy as np; before = jit.share_to_compile('asperity'); one = np.ones(2);"
         "ellipse.axis_ratios(one, one); print(before, jit.share_to_compile('asperity'))",
     ]

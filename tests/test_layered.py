@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy import special
 
-from roughxr.kernels.halfspace import products
-from roughxr.kernels.halfspace.displacement_control import AREA, FORCE, STATUS, sweep_arrays
-from roughxr.kernels.halfspace.layered import Film, compliance, influence_coefficients
-from roughxr.kernels.halfspace.love import love_coefficients
+from roughxr.mechanics.kernels.halfspace import products
+from roughxr.mechanics.kernels.halfspace.displacement_control import AREA, FORCE, STATUS, sweep_arrays
+from roughxr.mechanics.kernels.halfspace.layered import Film, compliance, influence_coefficients
+from roughxr.mechanics.kernels.halfspace.love import love_coefficients
 
 from . import bonded_layer
 

@@ -6,15 +6,15 @@ import xarray as xr
 
 import roughxr
 from roughxr import Layer, report
-from roughxr.bodies.layer import film_of, stiffened
-from roughxr.report.report_page import methods, pair_facts
-from roughxr.scans.synthetic import self_affine
-from roughxr.studies.assumptions import pair_factors
+from roughxr.application.report.report_page import methods, pair_facts
+from roughxr.mechanics.bodies.layer import film_of, stiffened
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.mechanics.studies.assumptions import pair_factors
 
 from . import bonded_layer
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 
 #: Glass pressed on silica on silicon: of two bodies the scan's is the second.
 OXIDE = {"sphere_radius": 500, "materials": "glass/silicon", "layer": Layer("20 nm", "silica")}
@@ -37,7 +37,9 @@ def test_a_layer_is_assigned_in_any_units_and_travels(scan, tmp_path):
     ds = scan.contact.assign_pair(**OXIDE)
     assert float(ds.layer_thickness) == 20 and ds.layer_thickness.units == "nm"
     assert (float(ds.layer_modulus), float(ds.base_modulus)) == (73.0, 130.0)
-    assert float(ds.contact_modulus) == pytest.approx(roughxr.bodies.pair.contact_modulus((75, 73), (0.22, 0.17)))
+    assert float(ds.contact_modulus) == pytest.approx(
+        roughxr.mechanics.bodies.pair.contact_modulus((75, 73), (0.22, 0.17))
+    )
     silica = scan.contact.assign_pair(sphere_radius=500, materials="glass/silica")  # what touches
     assert float(ds.work_of_adhesion) == float(silica.work_of_adhesion)
     assert float(ds.hardness_estimate) == float(silica.hardness_estimate)

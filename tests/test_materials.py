@@ -6,17 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.bodies import substances
-from roughxr.bodies.pair import (
-    ImplausiblePair,
-    assign_pair,
-    contact_modulus,
-    hamaker_constant,
-    indenter_map,
-)
-from roughxr.bodies.substances import MATERIALS
-from roughxr.reproduction.printed import PAIR
-from roughxr.vocabulary.refusal import Refusal
+from roughxr.application.reproduction.printed import PAIR
+from roughxr.mechanics.bodies import substances
+from roughxr.mechanics.bodies.pair import ImplausiblePair, assign_pair, contact_modulus, hamaker_constant, indenter_map
+from roughxr.mechanics.bodies.substances import MATERIALS
+from roughxr.mechanics.vocabulary.refusal import Refusal
 
 from .surfaces import scan
 

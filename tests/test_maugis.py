@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from roughxr.kernels.asperity import maugis
-from roughxr.kernels.asperity.elliptic_table import lookup, mark_at_row
+from roughxr.mechanics.kernels.asperity import maugis
+from roughxr.mechanics.kernels.asperity.elliptic_table import lookup, mark_at_row
 
 from . import asperity_tables
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from roughxr.files.curves.baselines import extrapolated_level, last_step, sample_noise
+from roughxr.files.curves.force_curves import evaluated_retraction
 from roughxr.measured import curves_pull_off
-from roughxr.measured.baselines import extrapolated_level, last_step, sample_noise
-from roughxr.measured.force_curves import evaluated_retraction
 
 from .force_curves import fringes_without_pull, retraction_with_fringes, soft_retractions
 

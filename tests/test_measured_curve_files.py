@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.cli import main
-from roughxr.measured import curve_reader
+from roughxr.application.cli import main
+from roughxr.files.curves import curve_reader
 from roughxr.scans import UnreadableScan
 
 from . import force_curves as made
@@ -52,7 +52,7 @@ def test_pull_offs_of_a_volume_lie_within_their_stated_error(volume):
 
 def test_only_so_many_curves_are_in_memory_at_a_time(volume, monkeypatch):
     whole = roughxr.open_pull_off(volume[0])
-    monkeypatch.setattr(roughxr.measured.opening, "_CURVES_IN_MEMORY", 4)
+    monkeypatch.setattr(roughxr.files.curves.opening, "_CURVES_IN_MEMORY", 4)
     xr.testing.assert_identical(roughxr.open_pull_off(volume[0]), whole)
 
 

@@ -149,7 +149,7 @@ BY_HAND = {
 }
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.measured.force_curves.ImplausibleCurves")
+@pytest.mark.filterwarnings("ignore::roughxr.files.curves.force_curves.ImplausibleCurves")
 @pytest.mark.skipif(not SHARED.is_dir(), reason="real force curves are not part of the repository")
 @pytest.mark.parametrize("name", BY_HAND)
 def test_real_curves_have_the_pull_that_was_read_by_hand(name):

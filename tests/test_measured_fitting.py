@@ -8,16 +8,16 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import roughxr
-from roughxr.asperity import expectation
-from roughxr.measured import fitting
-from roughxr.measured.likelihood import Predicted, fit_mean
-from roughxr.scans.synthetic import self_affine
-from roughxr.statistics.sampling import Samples
+from roughxr.mechanics.asperity import expectation
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.mechanics.statistics.sampling import Samples
+from roughxr.mechanics.studies import fitting
+from roughxr.mechanics.studies.likelihood import Predicted, fit_mean
 
 from .surfaces import glass_pair, rough, scan
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 
 TRUE = 0.3
 QUICK = {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential"}
@@ -185,7 +185,7 @@ def test_a_value_that_cannot_be_solved_is_left_out_and_told():
 
 
 def test_places_without_a_pull_off_are_not_left_out(monkeypatch):
-    monkeypatch.setattr("roughxr.contact.cycle.MOST_CELLS", 10)
+    monkeypatch.setattr("roughxr.mechanics.contact.cycle.MOST_CELLS", 10)
     ds = glass_pair(scan(rough(96, smooth=2.0, seed=3)), sphere_radius=500.0).assign_coords(work_of_adhesion=0.3)
     options = {"law": "exponential", "mesh": 1, "subregions": (2, 1)}
     forces = xr.Dataset({"pull_off_force": ("subregion", [200.0, 300.0])})

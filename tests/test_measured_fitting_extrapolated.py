@@ -5,13 +5,13 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.scans.synthetic import self_affine
-from roughxr.vocabulary.error_sources import UNSEEN
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.mechanics.vocabulary.error_sources import UNSEEN
 
 from .surfaces import as_measured
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 
 TRUE = 0.3
 QUICK = {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential", "subregions": (2, 2)}

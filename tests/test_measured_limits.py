@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from roughxr.files.curves.baselines import sample_noise
+from roughxr.files.curves.force_curves import evaluated_retraction, retraction_pull
+from roughxr.files.curves.sharp_steps import contact_end, sharpest_step
 from roughxr.measured import curves_pull_off
-from roughxr.measured.baselines import sample_noise
-from roughxr.measured.force_curves import evaluated_retraction, retraction_pull
-from roughxr.measured.sharp_steps import contact_end, sharpest_step
 
 from .force_curves import soft_retractions
 

@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.cli import main
-from roughxr.measured.vendor_scales import nanoscope_scale
+from roughxr.application.cli import main
+from roughxr.files.curves.vendor_scales import nanoscope_scale
 from roughxr.scans import UnreadableScan
 
 from .afm_files import image_size, picture, write_bruker, write_park
@@ -26,7 +26,7 @@ def written(tmp_path, text, name="curves.csv", encoding="utf-8"):
     return path
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_a_table_brings_its_units_and_places(tmp_path):
     measured = roughxr.open_pull_off(written(tmp_path, TABLE))
     np.testing.assert_allclose(measured.pull_off_force, [12.5, np.nan, 9.5])

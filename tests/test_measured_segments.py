@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import roughxr
-from roughxr.measured.segments import approach_and_retraction
+from roughxr.files.curves.segments import approach_and_retraction
 
 from . import force_curves as made
 

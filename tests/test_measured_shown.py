@@ -9,8 +9,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import roughxr
-from roughxr.cli import main, measurements
-from roughxr.measured import comparison
+from roughxr.application.cli import main, measurements
+from roughxr.mechanics.studies import comparison
 
 from .surfaces import glass_pair, rough, scan
 
@@ -85,7 +85,7 @@ def test_a_comparison_with_a_best_estimate_has_one_verdict(run, capsys):
     assert forces.contact.compare(measured, extrapolation=estimate).sentence in said
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_a_runs_pair_is_fitted_to_measured_forces_by_a_command(tmp_path, capsys, monkeypatch):
     fits = []
 

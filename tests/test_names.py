@@ -18,11 +18,11 @@ VAGUE |= {"gain", "apart", "sharper", "beside", "around", "among", "tell", "say"
 
 
 def test_no_two_modules_share_a_name():
-    """Modules only: a package may have the name of a module elsewhere."""
+    """Modules of the three parts: a package may have the name of a module, and lists of public names stand above."""
     names = [
         module.name.rpartition(".")[2]
         for module in pkgutil.walk_packages(roughxr.__path__, "roughxr.")
-        if not module.ispkg
+        if not module.ispkg and module.name.count(".") > 1
     ]
     assert sorted(names) == sorted(set(names))
 
@@ -41,7 +41,7 @@ def test_no_name_is_vague():
         names = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
         names |= {node.arg for node in nodes if isinstance(node, ast.arg)}
         names |= {node.name for node in nodes if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
-        if module == "roughxr.vocabulary.refusal":  # a field of every message
+        if module == "roughxr.mechanics.vocabulary.refusal":  # a field of every message
             names.remove("found")
         assert not {name for name in names if name.strip("_") in VAGUE}, module
         assert not {name for name in names if name.strip("_").startswith("of_")}, module

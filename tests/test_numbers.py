@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roughxr.vocabulary.numbers import number, percent, prefixed, quantity, value_and_interval
+from roughxr.mechanics.vocabulary.numbers import number, percent, prefixed, quantity, value_and_interval
 
 
 @pytest.mark.parametrize("share", [0.995, 0.9951, 0.99999, 1.0, 1.004])

@@ -43,7 +43,7 @@ def test_the_source_archive_holds_what_its_tests_read(folder):
 def test_the_wheel_holds_what_runs_and_nothing_else():
     files = released(WheelBuilder)
     assert files == written("roughxr") | {f"roughxr/{name}" for name in written("datasets")}
-    assert {"roughxr/py.typed", "roughxr/LICENSE", "roughxr/report/web/explorer.js"} <= files
+    assert {"roughxr/py.typed", "roughxr/LICENSE", "roughxr/application/report/web/explorer.js"} <= files
 
 
 def test_python_runs_the_package_as_the_command_does(monkeypatch, capsys):
@@ -60,12 +60,19 @@ def test_the_version_stands_in_one_place():
     assert importlib.metadata.version("roughxr") == roughxr.__version__
 
 
-def test_contributors_read_the_order_of_layers_that_is_checked():
+def test_contributors_read_the_order_of_parts_and_rooms_that_is_checked():
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
-    layers = [re.split(r"\s*\|\s*", layer) for layer in contracts[0]["layers"]]
+    layers = {contract["containers"][0]: contract["layers"] for contract in contracts if "containers" in contract}
     page = (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
     listed = page.partition("```text\n")[2].partition("```")[0].splitlines()
-    assert [sorted(re.split(r",\s*", line.split("  ")[0])) for line in listed] == [sorted(layer) for layer in layers]
+    parts = [line.split()[0] for line in listed if not line.startswith(" ")]
+    assert ["accessor", *parts] == layers["roughxr"]
+    for part, following in zip(parts, [*parts[1:], None]):
+        end = next((number for number, line in enumerate(listed) if line.split()[0] == following), None)
+        start = next(number for number, line in enumerate(listed) if line.split()[0] == part)
+        rooms = [re.split(r",\s*", line.strip().split("  ")[0]) for line in listed[start + 1 : end]]
+        checked = [re.split(r"\s*\|\s*", layer) for layer in layers[f"roughxr.{part}"]]
+        assert list(map(sorted, rooms)) == list(map(sorted, checked))
 
 
 def test_every_dependency_is_imported_and_stands_below_its_use():

@@ -6,8 +6,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from roughxr.kernels.topography.paraboloid import fit_paraboloids, principal
-from roughxr.kernels.topography.peaks import search
+from roughxr.mechanics.kernels.topography.paraboloid import fit_paraboloids, principal
+from roughxr.mechanics.kernels.topography.peaks import search
 
 CENTRE = 8  # pixel about which the test surfaces are drawn
 SIDE = 2 * CENTRE + 1

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.contact.elastic import direct
-from roughxr.jobs import spread
-from roughxr.jobs.interrupts import delivered_interrupts, is_interrupt
-from roughxr.jobs.progress import Stages, print_line, progress, rough_duration, subregion_bar
+from roughxr.mechanics.contact.elastic import direct
+from roughxr.mechanics.jobs import spread
+from roughxr.mechanics.jobs.interrupts import delivered_interrupts, is_interrupt
+from roughxr.mechanics.jobs.progress import Stages, print_line, progress, rough_duration, subregion_bar
 
 from .surfaces import glass_pair, rough, scan
 
@@ -47,7 +47,7 @@ def test_views_give_the_same_results_in_every_process(scheduler, order, lazy):
     np.testing.assert_array_equal(sums[:, 0], [2.0 * np.ascontiguousarray(part).sum() for (part,) in parts(array, 9)])
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 @pytest.mark.parametrize("scheduler", SCHEDULERS)
 def test_progress_counts_subregions(surface, scheduler, capsys):
     with dask.config.set(scheduler=scheduler), progress():
@@ -60,7 +60,7 @@ def test_progress_counts_subregions(surface, scheduler, capsys):
 def test_each_stage_is_reported_once_with_the_time_left_and_why_it_grows(monkeypatch):
     now = [0.0]
     titles = {"mesh": "choice of the mesh", "adhesive": "simulation with adhesion"}
-    monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("roughxr.mechanics.jobs.progress.time.monotonic", lambda: now[0])
     with progress(stream := io.StringIO()), Stages({"mesh": 60, "adhesive": 300, "pages": 60}, titles) as stage:
         stage("mesh")
         now[0] = 60.0
@@ -88,7 +88,7 @@ def test_each_stage_is_reported_once_with_the_time_left_and_why_it_grows(monkeyp
 def test_the_places_that_finished_feed_the_time_left_and_the_first_waits_for_the_compiler(monkeypatch):
     """A place takes 3 s after a minute of compiling, the pages 30 s: each line of the bar states the time left so."""
     now = [0.0]
-    monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("roughxr.mechanics.jobs.progress.time.monotonic", lambda: now[0])
     stages = Stages({"adhesive": 20, "pages": 30}, {"adhesive": "simulation"}, compiling=["adhesive"])
     with progress(stream := io.StringIO()), stages as stage:
         stage("adhesive")
@@ -110,7 +110,7 @@ def test_the_places_that_finished_feed_the_time_left_and_the_first_waits_for_the
 
 def test_the_speed_of_this_machine_shows_in_the_stages_to_come(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("roughxr.mechanics.jobs.progress.time.monotonic", lambda: now[0])
     with progress(stream := io.StringIO()), Stages({"one": 60, "two": 60, "three": 600}, {}) as stage:
         for name, duration in (("one", 200), ("two", 200), ("three", 0)):
             stage(name)

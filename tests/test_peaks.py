@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from scipy import ndimage
 from scipy.interpolate import RectBivariateSpline
 
-from roughxr.kernels.topography.peaks import ascend, search
+from roughxr.mechanics.kernels.topography.peaks import ascend, search
 
 AROUND = np.ones((3, 3))
 

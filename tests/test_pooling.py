@@ -5,11 +5,11 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.scans.synthetic import self_affine
-from roughxr.statistics.pooling import random_effects
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.mechanics.statistics.pooling import random_effects
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 
 
 def several(rng, *, scans=4, places=100, within=2.0, between=1.0, mean=20.0):

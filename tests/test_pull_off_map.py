@@ -5,14 +5,14 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.asperity.asperity_sum import FORMULATIONS
-from roughxr.asperity.catalogue import asperities
-from roughxr.asperity.pull_off_maps import pull_off_map
-from roughxr.asperity.superposition import superpose
-from roughxr.kernels.asperity import branches
-from roughxr.kernels.asperity import pull_off_search as kernel
-from roughxr.kernels.asperity.asperity_laws import Scales, law
-from roughxr.kernels.asperity.elliptic_table import LARGEST_RATIO
+from roughxr.mechanics.asperity.asperity_sum import FORMULATIONS
+from roughxr.mechanics.asperity.catalogue import asperities
+from roughxr.mechanics.asperity.pull_off_maps import pull_off_map
+from roughxr.mechanics.asperity.superposition import superpose
+from roughxr.mechanics.kernels.asperity import branches
+from roughxr.mechanics.kernels.asperity import pull_off_search as kernel
+from roughxr.mechanics.kernels.asperity.asperity_laws import Scales, law
+from roughxr.mechanics.kernels.asperity.elliptic_table import LARGEST_RATIO
 from roughxr.statistics import pull_off
 
 from .surfaces import glass_pair, rough, scan
@@ -34,7 +34,7 @@ def glass():
 
 def unit_scales(ratio):
     """Return the scales of an asperity in its own units, P* = δ* = a* = 1."""
-    from roughxr.kernels.asperity.asperity_laws import asperity_scales
+    from roughxr.mechanics.kernels.asperity.asperity_laws import asperity_scales
 
     scales = asperity_scales(1e-3, 1e-3 * ratio, 40.0, 1.0, law("energy"))
     return Scales(1.0, 1.0, 1.0, 1.0, scales.end, scales.row)
@@ -62,7 +62,7 @@ def test_every_branch_is_convex_and_begins_with_a_pull():
 
 def test_no_branch_falls_below_its_mark():
     """The bound uses the largest tension of an asperity from the table, increased by the table's error."""
-    from roughxr.kernels.asperity.elliptic_table import mark_at_row
+    from roughxr.mechanics.kernels.asperity.elliptic_table import mark_at_row
 
     for ratio in RATIOS:
         scales, line = a_line(ratio)

@@ -8,9 +8,9 @@ from scipy import special
 from scipy.integrate import quad
 
 from roughxr import reference
-from roughxr.asperity.asperity_sum import FORMULATIONS
-from roughxr.kernels.adhesion import potentials
-from roughxr.kernels.asperity import asperity_laws
+from roughxr.mechanics.asperity.asperity_sum import FORMULATIONS
+from roughxr.mechanics.kernels.adhesion import potentials
+from roughxr.mechanics.kernels.asperity import asperity_laws
 
 from .closed_forms import maugis_pull_off, potential, rigid_sphere, sphere_attraction
 

@@ -5,9 +5,9 @@ import pytest
 
 import roughxr
 from roughxr import reference
-from roughxr.contact.adhesive_options import chosen_law
-from roughxr.scans.synthetic import self_affine
-from roughxr.specimen import specimen_of
+from roughxr.mechanics.contact.adhesive_options import chosen_law
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.mechanics.specimen import specimen_of
 
 from .surfaces import scan
 from .verb_calls import surface, unlabelled
@@ -27,7 +27,7 @@ def bumps(radius, distance, n=96, pixel=2.0):
     return scan(np.sqrt(np.clip(radius**2 - r2, 0, None)), pixel)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.bodies.pair.ImplausiblePair")
 def test_stiff_is_rigid_soft_is_summed_between_is_adhesive(rough):
     def of(modulus, work):
         pair = {"sphere_radius": 500, "contact_modulus": modulus, "work_of_adhesion": work}
@@ -47,7 +47,7 @@ def test_yield_is_told_where_a_hardness_is_given(rough):
     assert "yield" in soft.attrs["recommendation"] and "yield" not in hard.attrs["recommendation"]
     radius = 100.0
     load = np.pi**3 * radius**2 * 6**3 / (6 * 40**2)  # Hertz's largest pressure is the hardness
-    from roughxr.contact.regimes import _peak_pressure
+    from roughxr.mechanics.contact.regimes import _peak_pressure
 
     work = load / (2 * np.pi * radius)
     assert _peak_pressure(radius, 40.0, work) == pytest.approx(6.0)
@@ -98,8 +98,8 @@ def by_each_model(ground, place, refine):
     return recommended, *(float((pull_off / simulated).mean()) for pull_off in (stiff, summed))
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.bodies.pair.ImplausiblePair")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_what_is_recommended_is_near_the_simulation_and_the_rest_is_not(rough):
     """All three are computed: on stiff ground, on one soft cap, and between."""
     place = ([600.0], [600.0])

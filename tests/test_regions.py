@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roughxr.scans.regions import centres, extent, windows
+from roughxr.mechanics.scans.regions import centres, extent, windows
 
 from .surfaces import rough, scan
 

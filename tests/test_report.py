@@ -17,16 +17,17 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import archive, cli, figures, report
-from roughxr.asperity.catalogue import DoubtfulAsperities
-from roughxr.report.run_tables import debris_flags
-from roughxr.report.summary import critical_median
-from roughxr.runs import analysis, several
-from roughxr.specimen import specimen_of
-from roughxr.statistics.headline import _next_step
-from roughxr.statistics.sampling import by_share
-from roughxr.vocabulary import numbers, schema
-from roughxr.vocabulary.error_sources import UNSEEN
+from roughxr import archive, figures, report
+from roughxr.application import cli
+from roughxr.application.headline import _next_step
+from roughxr.application.report.run_tables import debris_flags
+from roughxr.application.report.summary import critical_median
+from roughxr.application.runs import analysis, several
+from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
+from roughxr.mechanics.specimen import specimen_of
+from roughxr.mechanics.statistics.sampling import by_share
+from roughxr.mechanics.vocabulary import numbers, schema
+from roughxr.mechanics.vocabulary.error_sources import UNSEEN
 
 from .browser import BROWSER, NO_BROWSER, Browser
 from .surfaces import as_measured, bare_runs

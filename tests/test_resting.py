@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import roughxr
-from roughxr.asperity.catalogue import DoubtfulAsperities
-from roughxr.contact.adhesion import adhesive_and_moments
-from roughxr.kernels.halfspace.separation import SPHERE, profile_radius
-from roughxr.kernels.topography import dilation
-from roughxr.kernels.topography.interpolation import band_limited
-from roughxr.particles.resting_places import resettled, resting
+from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
+from roughxr.mechanics.contact.adhesion import adhesive_and_moments
+from roughxr.mechanics.kernels.halfspace.separation import SPHERE, profile_radius
+from roughxr.mechanics.kernels.topography import dilation
+from roughxr.mechanics.kernels.topography.interpolation import band_limited
+from roughxr.mechanics.particles.resting_places import resettled, resting
 
 from .surfaces import glass_pair, rough, scan
 
@@ -104,7 +104,7 @@ def test_the_resting_moment_is_that_about_the_axis_of_each_pair():
     assert (over_summits > over_pairs.max()).all()  # two contacts let go behind one
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 @pytest.mark.parametrize("law", ["auto", "jkr"])
 def test_the_lever_of_the_simulation_is_the_distance_of_the_foremost_of_three_equal_summits(law):
     surface = caps(polygon(3, 150.0, turn=np.pi / 6), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
@@ -147,7 +147,7 @@ def test_the_budget_of_a_particle_at_rest_lets_another_sphere_roll_to_its_own_re
     assert abs(slopes[0]) < 0.5 and slopes[1] < -3.0
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 @pytest.mark.parametrize("turn", [np.pi / 6, 0.2])  # on a symmetry of the pixels, and off it
 def test_water_resists_by_the_distance_of_the_foremost_of_three_equal_summits(turn):
     surface = caps(polygon(3, 150.0, turn=turn), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
@@ -350,7 +350,7 @@ def test_from_landings_spheres_roll_to_resting_positions_each_with_its_share():
         assert rolled.subregion_y.values == pytest.approx(rests.subregion_y.values, abs=0.05)
 
 
-@pytest.mark.filterwarnings("default::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("default::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 def test_spheres_that_rest_on_heights_but_not_on_asperities_are_warned_of():
     sample = roughxr.open_sample("rough").isel(x=slice(128), y=slice(128)).contact.level()
     pair = sample.contact.assign_pair(sphere_radius=500, materials="glass/silicon")

@@ -8,15 +8,15 @@ import xarray as xr
 
 import roughxr
 from roughxr import reference
-from roughxr.kernels.adhesion import potentials
-from roughxr.kernels.adhesion import rigid as kernels
-from roughxr.scans.synthetic import self_affine
+from roughxr.mechanics.kernels.adhesion import potentials
+from roughxr.mechanics.kernels.adhesion import rigid as kernels
+from roughxr.mechanics.scans.synthetic import self_affine
 
 from .closed_forms import rigid_sphere, sphere_attraction
 from .surfaces import rotated, scan
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 
 RADIUS = 3000.0
 LAWS = ("hamaker", "lennard_jones", "exponential", "dugdale")
@@ -178,7 +178,7 @@ def test_hamaker_constant_and_work_of_adhesion_go_together():
     assert same[0] == pytest.approx(same[1], rel=1e-6)
     closed = 2 * 0.1 * RADIUS**3 / (3 * 9.0**2 * (9.0 + 2 * RADIUS) ** 2)
     assert -same[0] == pytest.approx(closed, rel=1e-4)
-    with pytest.warns(roughxr.bodies.pair.ImplausiblePair, match="closest approach of 0.0"):
+    with pytest.warns(roughxr.mechanics.bodies.pair.ImplausiblePair, match="closest approach of 0.0"):
         pair(ground, hamaker_constant=0.065, work_of_adhesion=1.35)
     across = roughxr.reference.hamaker_constant("glass", medium="water")
     water = ground.contact.assign_pair(sphere_radius=RADIUS, materials="glass", hamaker_constant=across)
@@ -199,7 +199,7 @@ def test_smaller_cells_converge_and_coarse_ones_warn(rough):
     assert abs(pulls[2] / pulls[1] - 1) < 0.02 and abs(pulls[2] / pulls[0] - 1) < 0.1
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.bodies.pair.ImplausiblePair")
 def test_the_adhesive_simulation_of_stiff_bodies_is_rigid():
     """Of diamond's stiffness ten times over: summits hardly bend, and two wholly different solvers agree within 1 %."""
     ground = self_affine((96, 96), 4.0, rms=1.0, hurst=0.7, rolloff=150, cutoff=40, seed=4)

@@ -7,9 +7,9 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
 import roughxr
-from roughxr.asperity import moments
-from roughxr.contact.adhesion import adhesive_and_moments
-from roughxr.kernels.asperity import jkr, maugis
+from roughxr.mechanics.asperity import moments
+from roughxr.mechanics.contact.adhesion import adhesive_and_moments
+from roughxr.mechanics.kernels.asperity import jkr, maugis
 
 from .surfaces import glass_pair, paraboloids, rough, scan
 from .test_identities import places
@@ -126,7 +126,7 @@ def test_rounding_does_not_decide_whether_an_asperity_at_the_end_of_its_branch_h
         np.testing.assert_allclose(other, pulls[0], rtol=1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 def test_isotropic_ground_has_an_isotropic_rose_and_a_stretched_one_has_not():
     roses = []
     for stretch in (1, 6):
@@ -187,7 +187,7 @@ def simulated_levers(ds, law, cells):
     return adhesive_and_moments(ds, subregions=middle, law=law, mesh=mesh, directions=24)[1]
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 @pytest.mark.parametrize("preload", [0.0, 300.0])
 def test_moments_do_not_change_the_pull_off_nor_its_change_by_pressing(preload):
     how = {"subregions": (2, 1), "mesh": 2, "preload": preload}
@@ -242,8 +242,8 @@ def test_the_lever_of_a_contact_with_a_range_is_that_of_maugis_and_dugdale(param
     np.testing.assert_allclose(moments.lever[0], expected, atol=float(moments.lever_error[0]) * expected)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_levers_of_a_summit_depend_neither_on_the_pixels_nor_on_its_place_on_them_beyond_their_errors():
     """Between DMT's lever, the largest (2πwR − 4E*a³/3R) a over 2πwR, and JKR's; pixels wider than the contact."""
     reference = simulated_levers(bump(1.0), "auto", 2)
@@ -258,7 +258,7 @@ def test_levers_of_a_summit_depend_neither_on_the_pixels_nor_on_its_place_on_the
         np.testing.assert_allclose(moments.lever[0], expected, rtol=error + float(reference.lever_error[0]))
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_places_that_lie_unequally_on_the_pixels_resist_as_each_alone():
     surface = glass_pair(scan(np.zeros((41, 41)), pixel=10.0))
     x = np.array([200.0, 203.0])

@@ -10,11 +10,11 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.contact import adhesive_options
-from roughxr.jobs.progress import Stages
-from roughxr.runs import analysis, parts, run_mesh
-from roughxr.scans.synthetic import self_affine
-from roughxr.specimen import specimen_of
+from roughxr.application.runs import analysis, parts, run_mesh
+from roughxr.mechanics.contact import adhesive_options
+from roughxr.mechanics.jobs.progress import Stages
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.mechanics.specimen import specimen_of
 
 from . import surfaces
 

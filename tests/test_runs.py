@@ -18,11 +18,12 @@ import pytest
 import xarray as xr
 
 from roughxr import archive, checkpointed, direct
-from roughxr.contact import elastic
-from roughxr.jobs import checkpoint
-from roughxr.jobs.checkpoint import item_keys
-from roughxr.jobs.spread import Tasks
-from roughxr.scans import regions
+from roughxr.application import checkpoint
+from roughxr.application.checkpoint import item_keys
+from roughxr.files.storage import open_locked, open_locked_raw
+from roughxr.mechanics.contact import elastic
+from roughxr.mechanics.jobs.spread import Tasks
+from roughxr.mechanics.scans import regions
 
 from . import a_run
 
@@ -89,11 +90,11 @@ def same(path, other):
 @functools.cache
 def contents(path):
     """Return all groups of an archive, as they are stored, and its root, but for the log."""
-    with archive.open_locked_raw(path) as file:
+    with open_locked_raw(path) as file:
         names = ["/", *archive.group_names(file)]
     groups = {}
     for name in names:
-        with archive.open_locked(path, group=name, mask_and_scale=False, decode_times=False) as ds:
+        with open_locked(path, group=name, mask_and_scale=False, decode_times=False) as ds:
             groups[name] = ds.load()
     groups.pop("log")
     checksums = groups["/"].attrs["checksums"].splitlines()

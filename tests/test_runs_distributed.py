@@ -15,12 +15,13 @@ import pytest
 import xarray as xr
 
 from roughxr import archive, checkpointed
-from roughxr.asperity.pull_off_maps import pull_off_map
-from roughxr.contact.elastic import direct
-from roughxr.jobs import checkpoint, spread
-from roughxr.jobs.progress import progress
-from roughxr.jobs.spread import use_scheduler
-from roughxr.runs import several
+from roughxr.application import checkpoint
+from roughxr.application.runs import several
+from roughxr.mechanics.asperity.pull_off_maps import pull_off_map
+from roughxr.mechanics.contact.elastic import direct
+from roughxr.mechanics.jobs import spread
+from roughxr.mechanics.jobs.progress import progress
+from roughxr.mechanics.jobs.spread import use_scheduler
 
 from .surfaces import glass_pair, rough, scan
 
@@ -70,7 +71,7 @@ def solve(path, surface, scheduler):
 
 
 @pytest.mark.soak
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 def test_a_killed_worker_is_replaced_by_the_other(tmp_path, surface, cluster, monkeypatch):
     """Its subregions are done again elsewhere; the file is that of a local run; no worker opened a NetCDF file."""
     monkeypatch.setattr(checkpoint, "_BETWEEN_FILES", -1.0)  # each batch has its file

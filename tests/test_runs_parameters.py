@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 
 from roughxr import checkpointed, vary
-from roughxr.asperity.moments import rolling
-from roughxr.asperity.pull_off_maps import pull_off_map
-from roughxr.asperity.superposition import superpose
-from roughxr.contact.elastic import direct
+from roughxr.mechanics.asperity.moments import rolling
+from roughxr.mechanics.asperity.pull_off_maps import pull_off_map
+from roughxr.mechanics.asperity.superposition import superpose
+from roughxr.mechanics.contact.elastic import direct
 
 from .surfaces import glass_pair, rough, scan
 
@@ -44,7 +44,7 @@ def test_each_combination_is_the_solve_with_that_pair(surface, solve, options):
             np.testing.assert_allclose(values, expected, rtol=1e-5 if solve is direct else 1e-9, atol=1e-7 * scale)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_a_function_with_bound_options_is_varied_and_named(surface):
     bound = functools.partial(pull_off_map, subregions=(2, 2))
     varied = vary(surface, bound, work_of_adhesion=[0.5, 1.0])

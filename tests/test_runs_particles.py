@@ -9,8 +9,8 @@ import pytest
 
 import roughxr
 from roughxr import archive, report
-from roughxr.cli import main
-from roughxr.studies import extrapolation
+from roughxr.application.cli import main
+from roughxr.mechanics.studies import extrapolation
 
 from .surfaces import bare_runs, rough, scan
 

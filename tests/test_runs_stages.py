@@ -8,12 +8,13 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import archive, cli, report
-from roughxr.jobs.progress import Stages, progress
-from roughxr.runs import analysis, several
-from roughxr.runs import parts as run_parts
-from roughxr.scans.synthetic import self_affine
-from roughxr.specimen import specimen_of
+from roughxr import archive, report
+from roughxr.application import cli
+from roughxr.application.runs import analysis, several
+from roughxr.application.runs import parts as run_parts
+from roughxr.mechanics.jobs.progress import Stages, progress
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.mechanics.specimen import specimen_of
 
 from .surfaces import bare_runs
 
@@ -105,7 +106,7 @@ def test_the_time_left_of_measured_runs_is_right_within_a_factor_of_two(surface,
     """Once all places are solved; before, and on other machines, it is that of most scans."""
     (durations, solved) = MEASURED[surface]
     now = [0.0]
-    monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("roughxr.mechanics.jobs.progress.time.monotonic", lambda: now[0])
     expected = {part.name: part.fixed + 64 * part.each for part in PARTS} | {"pages": 10.0}
     with progress(stream := io.StringIO()), Stages(expected, {}) as stage:
         for name, duration in zip(expected, durations):
@@ -137,7 +138,7 @@ def test_a_batch_states_a_time_left_that_shrinks_or_why_it_grew(tmp_path, monkey
     """Scans that an earlier call has finished are no measure of the others."""
     now = [0.0]
     durations = {"a": 3.0, "b": 120.0, "c": 60.0, "d": 600.0, "e": 90.0}
-    monkeypatch.setattr("roughxr.runs.several.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("roughxr.application.runs.several.time.monotonic", lambda: now[0])
     (tmp_path / "a").mkdir()
 
     monkeypatch.setattr(
@@ -160,7 +161,7 @@ def test_a_batch_states_a_time_left_that_shrinks_or_why_it_grew(tmp_path, monkey
     ]
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_force_over_displacement_of_soft_bodies_is_computed_at_one_place(surface):
     for modulus, places in ((40, 2), (0.1, 1)):
         pair = {"sphere_radius": 500, "contact_modulus": modulus, "work_of_adhesion": 0.05}

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from roughxr.kernels.adhesion.path import CONVERGED, follow_path
-from roughxr.kernels.adhesion.traction_laws import smooth_law
-from roughxr.kernels.halfspace import products
+from roughxr.mechanics.kernels.adhesion.path import CONVERGED, follow_path
+from roughxr.mechanics.kernels.adhesion.traction_laws import smooth_law
+from roughxr.mechanics.kernels.halfspace import products
 
 from . import half_space as kalker
 

@@ -19,20 +19,13 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import archive, cli
-from roughxr.scans import (
-    ImplausibleScan,
-    UnreadableScan,
-    describe,
-    open_scan,
-    plausibility,
-    reader_process,
-    stated_sizes,
-    to_netcdf,
-    vendor_reader,
-)
-from roughxr.scans.plausibility import doubts
-from roughxr.scans.synthetic import self_affine
+from roughxr import archive
+from roughxr.application import cli
+from roughxr.files.images import reader_process, stated_sizes, vendor_reader
+from roughxr.mechanics.scans import plausibility
+from roughxr.mechanics.scans.plausibility import doubts
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.scans import ImplausibleScan, UnreadableScan, describe, open_scan, to_netcdf
 
 from .afm_files import WRITERS, given, image_size, picture, write_asd, write_binary_sdf, write_gwy
 from .surfaces import rough, scan
@@ -444,7 +437,7 @@ def test_a_mark_for_missing_pixels_is_no_height(tmp_path, mark, form):
         open_scan(path).load()
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.scans.plausibility.ImplausibleScan")
 def test_a_value_far_off_on_a_wide_scan_is_a_doubt(tmp_path):
     heights = np.random.default_rng(1).normal(0.0, 3.0, (40, 40))
     heights[7, 9] = -9999.0

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from roughxr.mechanics.vocabulary import schema
 from roughxr.scans import crop, fill, resample
-from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
 

@@ -13,8 +13,8 @@ import pytest
 import xarray as xr
 
 from roughxr import archive
+from roughxr.mechanics.vocabulary import schema
 from roughxr.scans import ImplausibleScan, RoughxrBackend, UnreadableScan, describe, open_scan, to_netcdf
-from roughxr.vocabulary import schema
 
 from .afm_files import (
     ROUNDING,
@@ -140,7 +140,7 @@ def test_heights_are_chosen_by_what_they_are_and_not_by_their_place(before, heig
     assert float(np.ptp(scan["height"].values)) == pytest.approx(67.13, abs=0.08)  # of 1000 counts of 4400/65536 nm
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.scans.plausibility.ImplausibleScan")
 def test_images_that_may_be_the_heights_as_well_are_listed(tmp_path):
     path = nanoscope(tmp_path, "Topography", "Height")
     tie = "2 images may be the heights"

@@ -65,7 +65,7 @@ def test_lines_at_different_heights_are_brought_together(method):
     assert float(flat.std()) < 1.0
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.scans.plausibility.ImplausibleScan")
 def test_particles_do_not_shift_their_lines():
     ds = scan(np.zeros((40, 30)) + np.arange(30) ** 2, PIXEL)
     particles = ds["height"].copy(data=np.zeros((40, 30), dtype=bool))

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from roughxr import asperities
-from roughxr.kernels.topography.peaks import search
+from roughxr.mechanics.kernels.topography.peaks import search
 from roughxr.scans import ImplausibleScan, crop, level, open_scan, roughness
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.scans.plausibility.ImplausibleScan")
 
 #: file -> pixels (x, y), size (nm), range (nm), rms about the plane and about the quadratic (nm).
 MEASURED = {
@@ -89,7 +89,7 @@ def test_a_quarter_of_a_rough_scan(shared_scans):
     assert 13.5 < float(quarter["s_q"]) < 14.8
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 @pytest.mark.parametrize(
     "name", ["bruker_10um_512_rough.di", "park_1um_512_grains.tiff", "gwyddion_ascii_10um_256.txt"]
 )

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from roughxr.mechanics.scans.texture_parameters import texture_parameters
 from roughxr.scans import level, power_spectrum, roughness
-from roughxr.scans.texture_parameters import texture_parameters
 
 from .surfaces import rough, scan
 
@@ -18,7 +18,7 @@ def waves(amplitude=2.0, periods=6):
     return amplitude * np.cos(2 * np.pi * periods * (np.arange(N) + 0.5) / N)[:, None] * np.ones(M)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.scans.plausibility.ImplausibleScan")
 def test_a_corrugation():
     numbers = roughness(scan(waves() + 7, PIXEL))
     assert float(numbers["s_q"]) == pytest.approx(2 / np.sqrt(2))
@@ -47,7 +47,7 @@ def test_a_gaussian_surface_has_gaussian_numbers():
     assert float(numbers["s_dq"]) == pytest.approx(np.sqrt(2 * 2) * 3 / PIXEL, rel=0.01)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.scans.plausibility.ImplausibleScan")
 @pytest.mark.parametrize("slopes", [(0.3, 0.0), (0.0, -0.4), (0.3, -0.4)])
 def test_a_roof_has_its_slope_and_area_exactly_and_a_tilt_none(slopes):
     place = (np.arange(21) - 10) * PIXEL

@@ -7,10 +7,10 @@ import xarray as xr
 
 import roughxr
 from roughxr import level, roughness
-from roughxr.asperity.catalogue import asperities
-from roughxr.asperity.superposition import superpose
-from roughxr.contact.elastic import direct
-from roughxr.vocabulary import schema
+from roughxr.mechanics.asperity.catalogue import asperities
+from roughxr.mechanics.asperity.superposition import superpose
+from roughxr.mechanics.contact.elastic import direct
+from roughxr.mechanics.vocabulary import schema
 
 from .surfaces import glass_pair, rough, scan
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from roughxr.kernels.adhesion import path as path
-from roughxr.kernels.adhesion import states as smooth_states
-from roughxr.kernels.adhesion import traction_laws as smooth_laws
-from roughxr.kernels.halfspace.love import love_coefficients
+from roughxr.mechanics.kernels.adhesion import path as path
+from roughxr.mechanics.kernels.adhesion import states as smooth_states
+from roughxr.mechanics.kernels.adhesion import traction_laws as smooth_laws
+from roughxr.mechanics.kernels.halfspace.love import love_coefficients
 
 HEIGHT = 0.7
 LOVE = love_coefficients(8, 8)

@@ -20,7 +20,7 @@ from SurfaceTopography.Container.SurfaceContainer import InMemorySurfaceContaine
 import roughxr
 from roughxr import figures
 from roughxr.accessor import ContactAccessor
-from roughxr.bodies.substances import MATERIALS
+from roughxr.mechanics.bodies.substances import MATERIALS
 
 from . import force_curves
 from .surfaces import bare_runs

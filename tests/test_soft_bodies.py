@@ -9,18 +9,18 @@ import xarray as xr
 from scipy import special
 
 import roughxr
-from roughxr.contact import adhesive_options, refinement
-from roughxr.contact.adhesive_options import snap_in_gap
-from roughxr.contact.estimates import median_tabor
-from roughxr.contact.mesh import UnresolvedContact
-from roughxr.contact.refinement import coarser_mesh_error
-from roughxr.kernels.adhesion import path
-from roughxr.specimen import specimen_of
-from roughxr.statistics.headline import mesh_error
+from roughxr.mechanics.contact import adhesive_options, refinement
+from roughxr.mechanics.contact.adhesive_options import snap_in_gap
+from roughxr.mechanics.contact.estimates import median_tabor
+from roughxr.mechanics.contact.mesh import UnresolvedContact
+from roughxr.mechanics.contact.refinement import coarser_mesh_error
+from roughxr.mechanics.kernels.adhesion import path
+from roughxr.mechanics.specimen import specimen_of
+from roughxr.mechanics.statistics.means import mesh_error
 from tests import surfaces
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 
 
 def rough(seed=1, **pair):
@@ -37,7 +37,7 @@ def test_a_soft_body_settles_beyond_its_first_summit():
     assert solution.pull_off_force.values == pytest.approx(pressed.pull_off_force.values, rel=0.02)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_a_sphere_that_attraction_leaves_on_its_first_summit_has_a_range(monkeypatch):
     """Without attraction across gaps it ends at the pull-off after a preload, and is no error of the lower end."""
     monkeypatch.setattr(adhesive_options, "snap_in_gap", lambda length, parameter: 0.0)
@@ -246,7 +246,7 @@ def test_a_mesh_that_does_not_converge_leaves_the_pull_off_of_the_one_before(mon
     assert float(cycle.pull_off_force[0]) > 0 and float(cycle.pull_off_error[0]) > 1e-9
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_loading_without_a_jump_needs_no_second_retraction(monkeypatch):
     """A sphere on one summit is pressed and released along one curve: nothing is solved again."""
     retractions = []
@@ -260,7 +260,7 @@ def test_loading_without_a_jump_needs_no_second_retraction(monkeypatch):
     assert float(solved.pressed_pull_off_force[0]) == float(solved.pull_off_force[0]) > 0
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_a_pressed_sphere_that_returns_to_known_states_holds_as_much_as_before(monkeypatch):
     """It jumps while it is pressed, and returns to where it was: other steps from there on held 2 % more."""
     retractions = []
@@ -275,7 +275,7 @@ def test_a_pressed_sphere_that_returns_to_known_states_holds_as_much_as_before(m
     assert settled.pressed_pull_off_force.values == pytest.approx(settled.pull_off_force.values, rel=1e-4)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_a_law_that_a_small_change_switches_is_named_in_the_answer():
     """Twice the work of adhesion gave less force: the law had switched between both calls, without a word."""
     surface = roughxr.scans.synthetic.self_affine((32, 32), 10.0, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
@@ -318,7 +318,7 @@ def test_two_meshes_that_agree_on_an_unresolved_contact_are_not_the_last(monkeyp
         assert max(solved_on) == finest
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_pressing_that_reaches_other_summits_makes_a_range_under_a_law_with_a_range():
     """A sphere on its first summit holds a quarter of what it holds once pressed: that was no range, and no word."""
     surface = roughxr.scans.synthetic.self_affine((40, 40), 8.0, rms=3, hurst=0.8, rolloff=100, cutoff=30, seed=2)

@@ -47,7 +47,7 @@ REFUSALS = [
 #: Prints, of each command line, its status, what it printed as an error, and the slow modules that are imported then.
 _REFUSED = """if True:
     import contextlib, io, json, sys
-    from roughxr.cli import main
+    from roughxr.application.cli import main
     lines, slow = json.loads(sys.argv[1])
     for words in lines:
         with contextlib.redirect_stderr(io.StringIO()) as printed:
@@ -58,7 +58,7 @@ _REFUSED = """if True:
 #: Prints the first line of progress of a run, and whether its solvers were imported by then.
 _FIRST_LINE = """if True:
     import json, sys
-    from roughxr.cli import main
+    from roughxr.application.cli import main
     class Recorded:
         lines = []
         def write(self, text):

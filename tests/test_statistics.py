@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 
 from roughxr.figures import plot
+from roughxr.mechanics.statistics.sampling import standard_deviation
+from roughxr.mechanics.vocabulary.refusal import Refusal
 from roughxr.statistics import bootstrap, cdf, pdf, pull_off, summary
-from roughxr.statistics.sampling import standard_deviation
-from roughxr.vocabulary.refusal import Refusal
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +26,7 @@ def sweep(force):
     )
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_pull_off_is_the_largest_pull():
     pulls = pull_off(sweep([[0, -3, -5, 2], [0, 1, 2, 3], [-4, -1, 0, 1]]))
     np.testing.assert_array_equal(pulls.pull_off_force, [5, np.nan, 4])
@@ -67,7 +67,7 @@ def test_samples_that_are_missing_are_told_to_whom_asks():
     assert ["(one mesh)" in str(warning.message) for warning in warned] == [False, True]
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_pull_off_is_the_same_on_dask_and_keeps_other_dimensions():
     ds = sweep([[0, -3, -5, 2], [0, 1, 2, 3]])
     xr.testing.assert_equal(pull_off(ds.chunk(subregion=1)).compute(), pull_off(ds))

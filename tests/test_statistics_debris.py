@@ -6,7 +6,7 @@ import xarray as xr
 
 import roughxr
 from datasets.make_glass import particle_centres
-from roughxr.scans.landings import debris_landings
+from roughxr.mechanics.scans.landings import debris_landings
 from roughxr.statistics import bootstrap, debris, summary
 
 
@@ -129,7 +129,7 @@ def test_intervals_of_means_with_debris_hold(side):
     assert len(held) >= 72 and np.mean(held) >= 0.9
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 def test_intervals_of_places_on_a_surface_with_particles_hold_its_mean():
     """Grids of 9, 16 and 36 of the 1296 places whose superposed pull-off has the mean."""
     scan = roughxr.scans.synthetic.self_affine((128, 128), 16, rms=1.2, hurst=0.7, rolloff=250, cutoff=60, seed=31)
@@ -156,6 +156,6 @@ def test_values_alone_state_which_debris_they_cannot_show():
     alone = xr.Dataset({"pull_off_force": ("subregion", np.linspace(1.0, 2.0, 9), {"units": "nN"})})
     sentence = "Debris on less than 28 % of the surface may be missed by 9 places"
     assert bootstrap(alone, statistics=["mean"]).attrs["not_shown"].startswith(sentence)
-    assert sentence in roughxr.statistics.headline.headline(roughxr.statistics.headline.mean_pull_off(alone))
+    assert sentence in roughxr.application.headline.headline(roughxr.mechanics.statistics.means.mean_pull_off(alone))
     classified = alone.assign_coords(on_debris=("subregion", np.zeros(9, bool)), debris_share=0.0)
     assert "not_shown" not in bootstrap(classified, statistics=["mean"]).attrs

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 from scipy import stats
 
+from roughxr.mechanics.statistics.laws import fitted_law
 from roughxr.statistics import LAWS, fit
-from roughxr.statistics.laws import fitted_law
 
 KNOWN = {
     "normal": (stats.norm(15, 2), (np.nan, 15, 2)),

@@ -6,11 +6,11 @@ import xarray as xr
 
 import roughxr
 from roughxr import statistics
-from roughxr.cli import main
+from roughxr.application.cli import main
 from roughxr.measured import curves_pull_off
-from roughxr.statistics.censoring import least_spread_values, likelihood_estimates, most_spread_values
-from roughxr.statistics.laws import LAWS, fitted_parameters, log_likelihood
-from roughxr.statistics.uncertainty import density_intervals
+from roughxr.mechanics.statistics.censoring import least_spread_values, likelihood_estimates, most_spread_values
+from roughxr.mechanics.statistics.laws import LAWS, fitted_parameters, log_likelihood
+from roughxr.mechanics.statistics.uncertainty import density_intervals
 
 from .force_curves import weak_retractions
 from .surfaces import glass_pair, rough, scan
@@ -120,7 +120,7 @@ def test_saturated_curves_leave_the_mean_without_an_upper_end():
     assert table.low.sel(statistic="mean") < values.mean() < table.likelihood_high.sel(statistic="mean")
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_distributions_contain_limited_forces(weak):
     density = statistics.pdf(weak[0])
     edges = density.attrs["bin_edges"]

@@ -8,15 +8,15 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.asperity.superposition import superpose
-from roughxr.contact.adhesion import adhesive
-from roughxr.contact.elastic import direct
+from roughxr.mechanics.asperity.superposition import superpose
+from roughxr.mechanics.contact.adhesion import adhesive
+from roughxr.mechanics.contact.elastic import direct
 from roughxr.statistics import bootstrap, fit, pdf, pull_off, reduction, summary
 
 from .surfaces import glass_pair, rough, scan
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 
 #: The limit without range on the pixels as they are.
 by_cells = partial(adhesive, law="jkr", mesh=1)
@@ -70,7 +70,7 @@ def one_sphere():
     return glass_pair(scan(-(x[:, None] ** 2 + x[None, :] ** 2) / 400, pixel=5.0))
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 @pytest.mark.parametrize("method", ["sweep", "cycle"])
 def test_statistics_take_the_result_of_every_method(ground, cycle, method):
     sticky = superpose(ground, delta=np.arange(-3, 8, 0.1), subregions=(2, 2))

@@ -6,11 +6,12 @@ import xarray as xr
 from scipy.stats import norm
 
 import roughxr
-from roughxr.statistics import bootstrap, headline, pull_off, reduction
-from roughxr.statistics.places import correlogram, independent_places
-from roughxr.statistics.sampling import Samples
-from roughxr.statistics.uncertainty import _independent, _intervals, _small_sample_ends, density_intervals
-from roughxr.vocabulary import schema
+from roughxr.application import headline
+from roughxr.mechanics.statistics.places import correlogram, independent_places
+from roughxr.mechanics.statistics.sampling import Samples
+from roughxr.mechanics.statistics.uncertainty import _independent, _intervals, _small_sample_ends, density_intervals
+from roughxr.mechanics.vocabulary import schema
+from roughxr.statistics import bootstrap, pull_off, reduction
 
 from .fields import field, grid_samples
 
@@ -234,7 +235,7 @@ def test_intervals_are_labelled_and_repeatable():
     assert (intervals.low <= intervals.estimate).all() and (intervals.estimate <= intervals.high).all()
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_missing_places_and_lazy_data_do_not_matter():
     ds = grid_samples(field(8, 1.0, np.random.default_rng(0)) + 10)
     holes = ds.where(ds.pull_off_force > 9)

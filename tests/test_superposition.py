@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.asperity import expectation
-from roughxr.asperity.asperity_sum import FORMULATIONS
-from roughxr.asperity.catalogue import asperities
-from roughxr.asperity.pull_off_maps import pull_off_map
-from roughxr.asperity.superposition import superpose
-from roughxr.bodies.pair import contact_modulus
-from roughxr.contact.elastic import direct
-from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals
+from roughxr.mechanics.asperity import expectation
+from roughxr.mechanics.asperity.asperity_sum import FORMULATIONS
+from roughxr.mechanics.asperity.catalogue import asperities
+from roughxr.mechanics.asperity.pull_off_maps import pull_off_map
+from roughxr.mechanics.asperity.superposition import superpose
+from roughxr.mechanics.bodies.pair import contact_modulus
+from roughxr.mechanics.contact.elastic import direct
+from roughxr.mechanics.kernels.asperity.ellipse import axis_ratio, elliptic_integrals
 
 from .surfaces import glass_pair, paraboloids, rough, scan
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 
 E = contact_modulus(75, 0.22)
 W = 2 * 0.6747

@@ -5,14 +5,14 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from roughxr.asperity.catalogue import asperities
-from roughxr.asperity.pull_off_maps import pull_off_map
-from roughxr.asperity.superposition import superpose
-from roughxr.contact.estimates import tabor
-from roughxr.kernels.asperity import branches, maugis
-from roughxr.kernels.asperity.ellipse import axis_ratio
-from roughxr.kernels.asperity.elliptic_table import mark_at_row
-from roughxr.kernels.asperity.pull_off_search import _TABLE_ERROR
+from roughxr.mechanics.asperity.catalogue import asperities
+from roughxr.mechanics.asperity.pull_off_maps import pull_off_map
+from roughxr.mechanics.asperity.superposition import superpose
+from roughxr.mechanics.contact.estimates import tabor
+from roughxr.mechanics.kernels.asperity import branches, maugis
+from roughxr.mechanics.kernels.asperity.ellipse import axis_ratio
+from roughxr.mechanics.kernels.asperity.elliptic_table import mark_at_row
+from roughxr.mechanics.kernels.asperity.pull_off_search import _TABLE_ERROR
 from roughxr.statistics import pull_off
 
 from .surfaces import glass_pair, rough, scan

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from roughxr.asperity import expectation
+from roughxr.mechanics.asperity import expectation
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 
 FOLDER = Path(__file__).parent / "benchmarks"
 
@@ -61,7 +61,7 @@ def test_patches_of_waves_are_no_rule_at_all(rows):
     assert np.median(ratio) > 2 and ratio.max() > 10
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_a_row_can_be_measured_again(regime):
     """The cheapest: weak adhesion on a rough ground."""
     table = pd.read_csv(regime.TABLE)

@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 
 from datasets.make_glass import glass, particle_centres, write_glass
-from roughxr.asperity.catalogue import asperities
-from roughxr.kernels.topography.random_surface import uniform
-from roughxr.scans.synthetic import self_affine
-from roughxr.vocabulary import schema
+from roughxr.mechanics.asperity.catalogue import asperities
+from roughxr.mechanics.kernels.topography.random_surface import uniform
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.mechanics.vocabulary import schema
 
 SHIPPED = Path(__file__).parents[1] / "datasets" / "glass.nc"
 PINNED = [0.6369616873214543, 0.26978671376387037]

@@ -5,12 +5,12 @@ import pytest
 
 import roughxr
 from roughxr import Layer
-from roughxr.bodies.layer import film_of
-from roughxr.contact.adhesive_options import usual_step
-from roughxr.contact.mesh import UnresolvedContact
-from roughxr.kernels.halfspace.layered import contact_at_pull_off
-from roughxr.scans.synthetic import self_affine
-from roughxr.specimen import specimen_of
+from roughxr.mechanics.bodies.layer import film_of
+from roughxr.mechanics.contact.adhesive_options import usual_step
+from roughxr.mechanics.contact.mesh import UnresolvedContact
+from roughxr.mechanics.kernels.halfspace.layered import contact_at_pull_off
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.mechanics.specimen import specimen_of
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 

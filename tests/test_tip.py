@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.scans.tip import dilate, erode, impossible_share, tip_flags
-from roughxr.vocabulary import schema
+from roughxr.mechanics.scans.tip import dilate, erode, impossible_share, tip_flags
+from roughxr.mechanics.vocabulary import schema
 
 TIP = 20.0
 RADII = (5.0, 10.0, 15.0, 18.0, 23.0, 30.0, 60.0, 120.0)

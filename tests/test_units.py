@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import roughxr
 from roughxr import reference
-from roughxr.vocabulary import schema, units
-from roughxr.vocabulary.table import VARIABLES
+from roughxr.mechanics.vocabulary import schema, units
+from roughxr.mechanics.vocabulary.table import VARIABLES
 
 from .verb_calls import (
     CALLS,
@@ -171,8 +171,8 @@ TABLE = {
 MORE = {"kg/m^3": ("g/cm^3",), "m/s^2": ("km/s^2",), "m^2/s": ("cm^2/s",)}
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 @pytest.mark.parametrize(("verb", "of", "name", "value", "others"), OPTIONS)
 def test_every_option_with_a_unit_takes_quantities(verb, of, name, value, others):
     table_unit = TABLE.get(name) or (VARIABLES[name].units if name in VARIABLES else "nm")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import roughxr
-from roughxr.scans.synthetic import self_affine
+from roughxr.mechanics.scans.synthetic import self_affine
 
 from . import surfaces
 

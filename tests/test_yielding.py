@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from roughxr.bodies.pair import assign_pair
-from roughxr.contact.elastic import direct
-from roughxr.kernels.halfspace import working_set
-from roughxr.kernels.halfspace.yielding import residual_heights
+from roughxr.mechanics.bodies.pair import assign_pair
+from roughxr.mechanics.contact.elastic import direct
+from roughxr.mechanics.kernels.halfspace import working_set
+from roughxr.mechanics.kernels.halfspace.yielding import residual_heights
 
 from . import half_space as kalker
 from .half_space import loaded

@@ -5,22 +5,22 @@ import pytest
 from scipy.optimize import minimize
 from scipy.special import ellipe, ellipk
 
-from roughxr.bodies.pair import assign_pair
-from roughxr.contact.adhesion import adhesive
-from roughxr.contact.cycle import edge_extrapolation
-from roughxr.contact.elastic import direct
-from roughxr.contact.mesh import Mesh
-from roughxr.kernels.adhesion import states as smooth_states
-from roughxr.kernels.adhesion import traction_laws as smooth_laws
-from roughxr.kernels.adhesion.path import follow_path
-from roughxr.kernels.halfspace import displacement_control
-from roughxr.kernels.halfspace.yielding import residual_heights
+from roughxr.mechanics.bodies.pair import assign_pair
+from roughxr.mechanics.contact.adhesion import adhesive
+from roughxr.mechanics.contact.cycle import edge_extrapolation
+from roughxr.mechanics.contact.elastic import direct
+from roughxr.mechanics.contact.mesh import Mesh
+from roughxr.mechanics.kernels.adhesion import states as smooth_states
+from roughxr.mechanics.kernels.adhesion import traction_laws as smooth_laws
+from roughxr.mechanics.kernels.adhesion.path import follow_path
+from roughxr.mechanics.kernels.halfspace import displacement_control
+from roughxr.mechanics.kernels.halfspace.yielding import residual_heights
 
 from .closed_forms import flattened_pull_off, punch_pull_off
 from .surfaces import rough, scan
 
 # Surfaces and meshes of these tests are coarse, which warns.
-pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 
 E = 39.4
 W = 0.1
@@ -87,7 +87,7 @@ def test_weak_adhesion_loads_as_the_direct_simulation(heights, law):
     np.testing.assert_allclose(weak.yielded_fraction.sel(branch="loading"), bare.yielded_fraction[:, 0], atol=0.02)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.bodies.pair.ImplausiblePair")
 @pytest.mark.parametrize("law", LAWS)
 def test_a_hardness_that_is_never_reached_changes_nothing(heights, law):
     elastic, hard = (
@@ -334,7 +334,7 @@ def test_a_flattened_asperity_is_made_of_punches():
     assert -force.min() == pytest.approx(flattened_pull_off(hardness=H, **flat), rel=1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.bodies.pair.ImplausiblePair")
 @pytest.mark.parametrize(
     ("assigned", "options", "says"),
     [

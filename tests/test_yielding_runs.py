@@ -6,9 +6,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import roughxr
-from roughxr import archive, cli, report, statistics
-from roughxr.runs import analysis
-from roughxr.studies.uncertainty_budget import budget_of
+from roughxr import archive, report, statistics
+from roughxr.application import cli
+from roughxr.application.runs import analysis
+from roughxr.mechanics.studies.uncertainty_budget import budget_of
 
 from .surfaces import bare_runs, rough, scan
 
@@ -61,7 +62,7 @@ def test_the_command_line_advises_what_can_be_typed_there(options, tmp_path, cap
     assert "assign no hardness" in printed and "yielding=" not in printed
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_elastic_runs_warn_of_what_lies_above_an_estimate():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, materials="gold", work_of_adhesion=0.05)
     solved = {"solutions/direct": roughxr.direct(pair, delta=[4, 12])}
@@ -74,7 +75,7 @@ def test_elastic_runs_warn_of_what_lies_above_an_estimate():
     )
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 def test_superposition_is_compared_with_the_way_in():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, hardness=3.0)
     deltas = [4.0, 8.0, 12.0]
@@ -94,7 +95,7 @@ def test_figures_of_what_yields():
     np.testing.assert_allclose(lines["retraction"], solved.force.mean("subregion").sel(branch="retraction"))
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 def test_hardness_is_an_entry_of_the_budget():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05, hardness=3.0)
     mesh = roughxr.Mesh(1, step=0.8)

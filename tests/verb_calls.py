@@ -14,7 +14,7 @@ import xarray as xr
 import roughxr
 from roughxr import archive, measured, particles, reference, scans, statistics
 from roughxr.accessor import ContactAccessor
-from roughxr.scans import regions
+from roughxr.mechanics.scans import regions
 
 from .surfaces import rough, scan
 

@@ -10,7 +10,7 @@ import time
 import warnings
 
 import roughxr
-from roughxr.contact.adhesion import adhesive
+from roughxr.mechanics.contact.adhesion import adhesive
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.6747}
 

@@ -45,8 +45,8 @@ TAMAAS_TOLERANCE, TAMAAS_ITERATIONS = 1e-4, 1000
 def window(place):
     """Return the separation (nm) of a square of cells around a place's first contact, and the cells' side (nm)."""
     import roughxr
-    from roughxr.contact import problem
-    from roughxr.specimen import specimen_of
+    from roughxr.mechanics.contact import problem
+    from roughxr.mechanics.specimen import specimen_of
 
     scan = roughxr.open_sample("glass").contact.assign_pair(
         sphere_radius=3000, contact_modulus=MODULUS, work_of_adhesion=WORK
@@ -67,7 +67,7 @@ def _lowest(separation):
 
 def ours(separation, dx, deltas=(DEPTH,)):
     """Return our pull-off force (nN), at the displacements alone if there are several, and processor time (s)."""
-    from roughxr.kernels.adhesion import path, traction_laws
+    from roughxr.mechanics.kernels.adhesion import path, traction_laws
 
     began = time.process_time()
     per_unit = dx / MODULUS

@@ -47,7 +47,7 @@ from scipy.stats import spearmanr
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
-from roughxr.kernels.topography.random_surface import normal, uniform
+from roughxr.mechanics.kernels.topography.random_surface import normal, uniform
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -18,7 +18,7 @@ import numpy as np
 from real_below_the_pixel import Solved, picture, surfaces, true_surface
 
 import roughxr
-from roughxr.studies import extrapolation
+from roughxr.mechanics.studies import extrapolation
 
 CHOSEN = ("usual", "jagged", "grains", "di-1")
 PIXELS = 4

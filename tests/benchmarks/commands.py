@@ -33,10 +33,10 @@ from typing import NamedTuple
 
 import psutil
 
-_MAIN = "import sys; from roughxr.cli import main; sys.exit(main(sys.argv[1:]))"
+_MAIN = "import sys; from roughxr.application.cli import main; sys.exit(main(sys.argv[1:]))"
 _PLACE = """if True:
     import sys
-    from roughxr.reproduction import run
+    from roughxr.application.reproduction import run
     run.PLAN = run.PLAN._replace(subregions=(1, 1))
     run.paper(sys.argv[1])"""
 

@@ -25,14 +25,14 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
-from roughxr.contact.adhesive_options import read_adhesion, read_preloads, settling_depth, window_half_width
-from roughxr.contact.edge_front import Unfollowed, front_cycles
-from roughxr.contact.mesh import Mesh
-from roughxr.contact.problem import places as windows
-from roughxr.contact.problem import read_problem
-from roughxr.kernels.adhesion import front
-from roughxr.specimen import specimen_of
-from roughxr.vocabulary.adhesion_laws import JKR
+from roughxr.mechanics.contact.adhesive_options import read_adhesion, read_preloads, settling_depth, window_half_width
+from roughxr.mechanics.contact.edge_front import Unfollowed, front_cycles
+from roughxr.mechanics.contact.mesh import Mesh
+from roughxr.mechanics.contact.problem import places as windows
+from roughxr.mechanics.contact.problem import read_problem
+from roughxr.mechanics.kernels.adhesion import front
+from roughxr.mechanics.specimen import specimen_of
+from roughxr.mechanics.vocabulary.adhesion_laws import JKR
 
 
 class Surface(NamedTuple):

@@ -27,9 +27,9 @@ import numpy as np
 import scipy.fft
 
 import roughxr
-from roughxr.jobs import spread
-from roughxr.kernels.halfspace.love import love_coefficients
-from roughxr.scans.synthetic import self_affine
+from roughxr.mechanics.jobs import spread
+from roughxr.mechanics.kernels.halfspace.love import love_coefficients
+from roughxr.mechanics.scans.synthetic import self_affine
 from tests import half_space as kalker
 from tests.half_space import loaded
 
@@ -228,8 +228,8 @@ def show_speed_up(name, run, repeat):
 
 def bare_kernels(scan):
     """Return the same job as a loop over kernels on windows cut beforehand."""
-    from roughxr.kernels.halfspace.separation import SPHERE, sphere_separation
-    from roughxr.scans import regions
+    from roughxr.mechanics.kernels.halfspace.separation import SPHERE, sphere_separation
+    from roughxr.mechanics.scans import regions
 
     z = scan.height.values
     dx = float(scan.x[1] - scan.x[0])

@@ -15,9 +15,9 @@ import dask
 import numpy as np
 
 import roughxr
-from roughxr.reproduction.printed import PAIR
-from roughxr.scans import regions
-from roughxr.studies.uncertainty_budget import budget_of
+from roughxr.application.reproduction.printed import PAIR
+from roughxr.mechanics.scans import regions
+from roughxr.mechanics.studies.uncertainty_budget import budget_of
 
 #: The mesh that `run` finds fine enough with its steps, and the one that it is compared to.
 MESH = roughxr.Mesh(4, None, 0.4)

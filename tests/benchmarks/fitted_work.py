@@ -25,8 +25,8 @@ import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
 import roughxr
-from roughxr.measured import fitting
-from roughxr.scans.synthetic import self_affine
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.mechanics.studies import fitting
 
 QUICK = {"law": "exponential", "mesh": roughxr.Mesh(1, step=0.5)}
 PAIR = {"sphere_radius": 1000, "contact_modulus": 40, "work_of_adhesion": 0.1, "adhesion_range": 0.3}

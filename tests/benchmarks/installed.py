@@ -21,13 +21,13 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).parents[2]
 
-_MAIN = "import sys; from roughxr.cli import main; sys.exit(main(sys.argv[1:]))"
+_MAIN = "import sys; from roughxr.application.cli import main; sys.exit(main(sys.argv[1:]))"
 _PAIR = ["--sphere-radius", "3 um", "--materials", "glas/silicon"]
 
 #: Arguments of Python and the status with which it ends; ``sample`` stands for the path of a scan.
 COMMANDS = {
     "import of the first solver": (
-        ["-c", "from roughxr.asperity import catalogue; from roughxr.contact import adhesion"],
+        ["-c", "from roughxr.mechanics.asperity import catalogue; from roughxr.mechanics.contact import adhesion"],
         0,
     ),
     "roughxr info": (["-c", _MAIN, "info", "sample"], 0),

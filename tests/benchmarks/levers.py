@@ -20,9 +20,9 @@ import numpy as np
 import xarray as xr
 
 import roughxr
-from roughxr.contact.adhesion import adhesive_and_moments
-from roughxr.contact.mesh import MOST_REFINED
-from roughxr.scans import regions
+from roughxr.mechanics.contact.adhesion import adhesive_and_moments
+from roughxr.mechanics.contact.mesh import MOST_REFINED
+from roughxr.mechanics.scans import regions
 
 #: Seed, rms height (nm), cutoff (nm), E* (GPa), work of adhesion (J/m²), radius (nm), Hurst exponent, law.
 ROUGH = {

@@ -14,7 +14,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from roughxr.measured.force_curves import evaluated_retraction
+from roughxr.files.curves.force_curves import evaluated_retraction
 from tests.force_curves import fringes_without_pull, retraction_with_fringes, retraction_with_tail
 
 AMPLITUDES = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2)

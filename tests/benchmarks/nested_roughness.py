@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughxr.kernels.topography.random_surface import fit_k_correlation, k_correlation, normal
+from roughxr.mechanics.kernels.topography.random_surface import fit_k_correlation, k_correlation, normal
 
 #: Period of a band, in its longest wavelengths.
 PERIODS = 32

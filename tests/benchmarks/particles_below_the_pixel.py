@@ -26,10 +26,10 @@ from real_below_the_pixel import (
 )
 
 import roughxr
-from roughxr.scans import regions
-from roughxr.statistics.sampling import shares
-from roughxr.studies import extrapolation
-from roughxr.studies.finer_scan import second_scan
+from roughxr.mechanics.scans import regions
+from roughxr.mechanics.statistics.sampling import shares
+from roughxr.mechanics.studies import extrapolation
+from roughxr.mechanics.studies.finer_scan import second_scan
 
 #: Surfaces that are scored, and pixels of the truth in one of the image.
 CHOSEN = (*list(SELF_AFFINE)[:3], "grains", "rough", "di-1", "di-2", "di-4", "veeco", "film")

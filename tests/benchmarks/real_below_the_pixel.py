@@ -35,10 +35,10 @@ from scipy.optimize import minimize
 from scipy.stats import norm, t
 
 import roughxr
+from roughxr.mechanics.studies import extrapolation
+from roughxr.mechanics.studies.finer_scan import second_scan
+from roughxr.mechanics.vocabulary.error_sources import SECOND_SCAN_PIXEL
 from roughxr.scans import UnreadableScan
-from roughxr.studies import extrapolation
-from roughxr.studies.finer_scan import second_scan
-from roughxr.vocabulary.error_sources import SECOND_SCAN_PIXEL
 
 MAPS = Path(__file__).parents[3] / "shared" / "scans"
 LIST = Path(__file__).with_name("measured_surfaces.json")

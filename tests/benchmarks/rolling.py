@@ -23,7 +23,7 @@ import xarray as xr
 
 import roughxr
 from roughxr import particles
-from roughxr.particles.force_balance import with_pull_off
+from roughxr.mechanics.particles.force_balance import with_pull_off
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 

@@ -24,9 +24,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
-from roughxr.contact.adhesive_options import usual_step
-from roughxr.contact.pressing import is_range
-from roughxr.specimen import specimen_of
+from roughxr.mechanics.contact.adhesive_options import usual_step
+from roughxr.mechanics.contact.pressing import is_range
+from roughxr.mechanics.specimen import specimen_of
 
 PIXEL = 20.0
 RANGE = 0.3

@@ -16,8 +16,8 @@ import warnings
 import numpy as np
 
 import roughxr
-from roughxr.kernels.topography.interpolation import band_limited
-from roughxr.scans import regions
+from roughxr.mechanics.kernels.topography.interpolation import band_limited
+from roughxr.mechanics.scans import regions
 
 #: Seed, rms height (nm), E* (GPa), work of adhesion (J/m²), sphere's radius (nm) and Hurst exponent.
 SOFT = [(42, 12, 0.5, 0.1, 1500, 0.8), (43, 6, 1.0, 0.1, 2000, 0.5), (44, 10, 0.3, 0.05, 1500, 0.8)]

@@ -16,10 +16,10 @@ import dask
 import numpy as np
 
 import roughxr
-from roughxr.asperity.asperity_sum import FORMULATIONS
-from roughxr.asperity.pull_off_maps import pull_off_map
-from roughxr.scans.synthetic import self_affine
-from roughxr.vocabulary.adhesion_laws import laws_of
+from roughxr.mechanics.asperity.asperity_sum import FORMULATIONS
+from roughxr.mechanics.asperity.pull_off_maps import pull_off_map
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.mechanics.vocabulary.adhesion_laws import laws_of
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 

@@ -7,7 +7,8 @@ the means over the four, and place by place.
 
 ``--measure`` computes what ``datasets/superposition_family.csv`` lacks, a row for each surface and pair, for so many
 seconds of processor time. Then the sums are made anew on all rows, and printed: the rule that `superpose` carries
-(`roughxr.asperity.expectation`), from the group "made", beside its scatter on the group "held", of other spectra; what
+(`roughxr.mechanics.asperity.expectation`), from the group "made", beside its scatter on the group "held", of other
+spectra; what
 numbers that are known beforehand would add to it; what wider patches do; and the glass twin, whose direct pull-off
 (pressed 4 nm, 64 places, half the pixel) is measured with ``--twin``, some minutes. ``--scans`` does the same on
 measured scans, four places under each pair, on which nothing was tuned: the rule is tried, not made.
@@ -32,13 +33,13 @@ import pandas as pd
 import xarray as xr
 
 import roughxr
-from roughxr.asperity import expectation
-from roughxr.asperity.pull_off_maps import pull_off_map
-from roughxr.asperity.superposition import superpose
-from roughxr.contact.adhesion import adhesive
-from roughxr.contact.estimates import tabor
-from roughxr.reproduction.conclusion import rank_correlation
-from roughxr.scans.synthetic import self_affine
+from roughxr.application.reproduction.conclusion import rank_correlation
+from roughxr.mechanics.asperity import expectation
+from roughxr.mechanics.asperity.pull_off_maps import pull_off_map
+from roughxr.mechanics.asperity.superposition import superpose
+from roughxr.mechanics.contact.adhesion import adhesive
+from roughxr.mechanics.contact.estimates import tabor
+from roughxr.mechanics.scans.synthetic import self_affine
 from roughxr.statistics import smooth_pull_off
 
 TABLE = Path(__file__).parents[2] / "datasets" / "superposition_family.csv"

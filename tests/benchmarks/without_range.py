@@ -16,7 +16,7 @@ import xarray as xr
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
-from roughxr.kernels.asperity.asperity_laws import asperity_scales, law
+from roughxr.mechanics.kernels.asperity.asperity_laws import asperity_scales, law
 from tests.asperity_loops import asperity_events
 
 # GPa, J/m²

@@ -27,7 +27,7 @@ PEERS = ("contactmechanics", "tamaas")
 
 def window():
     """Return the separation (nm) of a self-affine window of 64 × 64 cells under the sphere."""
-    from roughxr.scans.synthetic import self_affine
+    from roughxr.mechanics.scans.synthetic import self_affine
 
     options = {"rms": 3.5, "hurst": 0.8, "rolloff": 128 * DX, "cutoff": 4 * DX, "seed": 2026}
     tile = self_affine((128, 128), DX, **options).height.values[32:96, 32:96]
@@ -87,7 +87,7 @@ def violated(pressure, separation, hardness):
     """Return by how much (nm) a solution misses its conditions, on Love's coefficients and at its own approach."""
     from scipy.signal import fftconvolve
 
-    from roughxr.kernels.halfspace.products import coefficients_for
+    from roughxr.mechanics.kernels.halfspace.products import coefficients_for
 
     n, m = separation.shape
     quarter = coefficients_for((n, m))[:n, :m]

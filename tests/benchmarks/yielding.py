@@ -23,11 +23,11 @@ import dask
 import numpy as np
 
 import roughxr
-from roughxr.kernels.adhesion import traction_laws as smooth_laws
-from roughxr.kernels.adhesion.path import follow_path
-from roughxr.kernels.halfspace.load_control import loaded_arrays
-from roughxr.kernels.halfspace.yielding import residual_heights
-from roughxr.scans.synthetic import self_affine
+from roughxr.mechanics.kernels.adhesion import traction_laws as smooth_laws
+from roughxr.mechanics.kernels.adhesion.path import follow_path
+from roughxr.mechanics.kernels.halfspace.load_control import loaded_arrays
+from roughxr.mechanics.kernels.halfspace.yielding import residual_heights
+from roughxr.mechanics.scans.synthetic import self_affine
 from tests import half_space as kalker
 from tests.closed_forms import flattened_pull_off, punch_pull_off
 

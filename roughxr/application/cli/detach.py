@@ -1,0 +1,182 @@
+"""`detach`: what detaches the spheres of a finished run, and input for particle codes."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.figure import Figure
+
+from ...files.storage import atomic_write
+from ...mechanics import particles
+from ...mechanics.particles.adhesion_parameters import adhesion_by_place
+from ...mechanics.particles.force_balance import NEITHER, NO_REST, fluid_of, places_in_words, strength_of_places
+from ...mechanics.particles.loads import fluid_in_words, read_flow
+from ...mechanics.statistics.sampling import by_share, one_of_each_place
+from ...mechanics.vocabulary.numbers import number, percent, value_and_interval, with_interval
+from ...mechanics.vocabulary.refusal import Refusal
+from ...mechanics.vocabulary.text import without_warnings
+from .. import archive, figures, report
+from .. import tables as exports
+from ..figures.maps import critical_map
+from ..report.report_page import setting
+from ..report.run_tables import METHOD_WORDS
+from ..report.summary import best_method, critical_flow, critical_median, place_table, scan_label, with_few_digits
+from . import words
+from .file_commands import save_picture
+
+_NO_REST_OF_PLACES = (
+    "the contact lies to one side of the sphere, which rolls off by itself; roughxr run --particle analyses resting "
+    "positions"
+)
+_NO_REST_OF_PARTICLES = (
+    "the summits on which rigid bodies rest are not those of the simulated contact, from which it rolls"
+)
+
+#: What an input of LAMMPS has to state before it includes a file of `to_dem`.
+_BEFORE_LAMMPS = "; before its include: units si, atoms of its types, and variable damping equal … (kg/s)"
+
+#: What the interval of a median holds: the scatter of the places, and the errors that they share.
+_INTERVAL = "95 % interval, all known errors"
+
+
+@archive.checked_names
+def detach(options: Namespace) -> None:
+    """Print the critical strength for a run, or a row for each run in a folder, and write the files."""
+    runs = _runs(Path(options.run))
+    tables = {}
+    rows = {}
+    media = set[str]()
+    files = [f"--{name}" for name in ("parameters", "dem", "picture") if getattr(options, name)]
+    if files and len(runs) > 1:
+        raise Refusal(", ".join(files), "one run", f"several in {options.run}", "name one of them")
+    for name, path in runs.items():
+        groups = _load(path)
+        critical, moments, title = _critical_load(options, groups)
+        label = scan_label(groups)
+        media.add(setting(groups)["medium"] or "air")
+        table = adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
+        tables[name] = place_table(table, label)
+        rows[name] = _row(critical)
+        if len(runs) == 1:
+            _print_critical(critical, moments, title)
+            _write_files(options, critical, moments, title)
+    if len(runs) > 1:
+        print(f"{_strength(critical).attrs['long_name']} ({title}):")
+        print(pd.DataFrame.from_dict(rows, orient="index").to_string())
+    if options.fluid:
+        fluids = " or ".join(sorted(media))
+        print(f"adhesion is that of the run, in {fluids}; the flow of {options.fluid} does not change it")
+    if options.output:
+        table = next(iter(tables.values()))
+        if len(runs) > 1:
+            table = xr.concat(tables.values(), "scan", data_vars="all", coords="minimal", compat="override")
+        print(f"written to {exports.to_table(table, options.output)}")
+
+
+def _runs(path: Path) -> dict[str, Path]:
+    """Return the run at a path, or those in the folders of several scans."""
+    if path.is_dir() and not [*path.glob("*.nc")]:
+        return {file.parent.name: file.parent for file in sorted(path.glob("*/run.nc"))} or {path.name: path}
+    return {path.name: path}
+
+
+def _critical_load(options: Namespace, groups: Mapping[str, xr.Dataset]) -> tuple[xr.Dataset, xr.Dataset, str]:
+    """Return the critical load of one run, its resisting moments, and both in words."""
+    method = options.method or best_method(groups)
+    if report.CRITICAL[method] not in groups:
+        raise Refusal(
+            "method", "a run with pull-off forces of this method", f"none of {method}", "take method=adhesive"
+        )
+    moments = report.run_moments(groups, method)
+    flow = options.fluid or fluid_of(critical_flow(groups))
+    numbers = {name: words.numbers(getattr(options, name)) for name in ("particle_density", "shear_strength")}
+    slides = {"friction_coefficient": options.friction_coefficient, **numbers}
+    critical = without_warnings(particles.critical_load, moments, options.cause, flow=flow, **slides)
+    cause = f"flow of {fluid_in_words(read_flow(flow))}" if options.cause == "wall_shear" else options.cause
+    return critical, moments, f"{cause}; pull-off forces: {METHOD_WORDS[method]}"
+
+
+def _write_files(options: Namespace, critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:
+    """Write parameters, input of particle codes and the picture of one run, as requested."""
+    if options.parameters:
+        print(f"written to {exports.to_table(with_few_digits(particles.parameters(moments)), options.parameters)}")
+    for code, file in options.dem:
+        with atomic_write(file) as temporary:
+            temporary.write_text(particles.to_dem(moments, code=code), encoding="utf-8")
+        print(f"written to {file}" + _BEFORE_LAMMPS * (code == "lammps"))
+    if options.picture:
+        _draw(critical, moments, options.picture, title)
+
+
+def _load(run: Path) -> Mapping[str, xr.Dataset]:
+    groups = archive.load(archive.run_archive(run))
+    if not set(report.DETACHMENT) <= set(groups):
+        advice = "they are in what roughxr run makes, not roughxr paper, with adhesion and a sphere, no indenter"
+        raise Refusal(run, "a run with resisting moments", "none", advice)
+    return groups
+
+
+def _strength(critical: xr.Dataset) -> xr.DataArray:
+    """Return the variable of the critical strength."""
+    return critical[next(iter(critical.data_vars))]
+
+
+def _row(critical: xr.Dataset) -> dict[str, str]:
+    """Return the critical strength of a run in a row: median with its interval, and mode of detachment."""
+    units = _strength(critical).attrs["units"].replace("^2", "²")
+    median, interval = value_and_interval(*critical_median(critical), units)
+    modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
+    most = f"{modes[np.argmax(counts)]}, at {counts.max()} of {counts.sum()} places"
+    return {"median": median, _INTERVAL: interval, "first mode of most": most}
+
+
+def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:
+    """Print the critical strength and the modes of detachment."""
+    strength = _strength(critical)
+    units = strength.attrs["units"].replace("^2", "²")
+    of = "particles" if "landing_share" in critical.coords else "places"
+    values = strength_of_places(critical)
+    print(f"{strength.attrs['long_name']} ({title}):")
+    if bool((values > 0).any()):  # over particles, where places hold shares of them, else over places
+        quantiles = by_share(values).quantile([0.05, 0.95]).values
+        least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)
+        median = with_interval(*critical_median(critical), units, name=_INTERVAL)
+        fewest = f"5 % of {of} below {least}" if quantiles[0] > 0 else f"0 {units} where the sphere rolls off by itself"
+        detaching = int(values.notnull().sum())
+        if detaching < values.size:
+            print(f"  of the {detaching} of {values.size} {of} that this cause detaches:")
+        print(f"  median {median}; {fewest}, 95 % of {of} below {largest}")
+    _print_modes(critical, moments, of)
+    if strength.name == "critical_friction_velocity" and bool((values > 0).any()):
+        valid = percent(critical["in_range"].where(values > 0).mean())
+        print(f"drag formulas valid at {valid} of the {of} that need a flow")
+    print(f"with the run's work of adhesion, {number(moments['work_of_adhesion'], 'J/m²')}")
+
+
+def _print_modes(critical: xr.Dataset, moments: xr.Dataset, of: str) -> None:
+    """Print the modes of detachment of places or particles, and what they mean."""
+    modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
+    first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
+    print(f"first mode of detachment, of {places_in_words(critical)}: {first}")
+    if single := int((moments["contacts"] == 1).sum()):
+        print(f"on a single contact at {single}: rolling is then an upper bound")
+    if NO_REST in modes:
+        print(f"{NO_REST}: {_NO_REST_OF_PARTICLES if of == 'particles' else _NO_REST_OF_PLACES}")
+    if NEITHER in modes:
+        print(f"{NEITHER}: the sphere stays at any strength of this cause")
+
+
+def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:
+    """Draw the map of the mode of detachment or the critical load, and the rose of resisting moments."""
+    figure = Figure(figsize=(6.9, 3.4), layout="constrained")
+    critical = one_of_each_place(critical)
+    moments = one_of_each_place(moments)
+    critical_map(critical, ax=figure.add_subplot(1, 2, 1))
+    figures.moment_rose(moments, ax=figure.add_subplot(1, 2, 2, projection="polar"))
+    figure.suptitle(title)
+    save_picture(figure, path)

@@ -1,0 +1,103 @@
+"""Conversion of command-line arguments to numbers and quantities, and printing of errors and warnings."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from argparse import Namespace
+from typing import Any, TextIO
+
+from ...mechanics.vocabulary.refusal import FailedSubregions, Refusal
+from ...mechanics.vocabulary.text import printable
+
+#: Errors of invalid input, of the operating system, of missing packages and of places that failed; others are bugs.
+EXPECTED_ERRORS = (Refusal, OSError, ImportError, FailedSubregions)
+
+#: Control characters that may be printed.
+_LINES = "\n\t"
+
+
+class Printable:
+    """A stream that escapes control characters, so that text of a file cannot control the terminal."""
+
+    def __init__(self, stream: TextIO):
+        self.stream = stream
+
+    def write(self, text: str) -> int:
+        """Write text with its control characters escaped."""
+        return self.stream.write(printable(text, keep=_LINES))
+
+    def __getattr__(self, name: str):
+        return getattr(self.stream, name)
+
+
+def error_text(error: BaseException) -> str:
+    """Return an error's text; the operating system's errors begin with the file's name."""
+    name = getattr(error, "filename", None)
+    if not isinstance(error, OSError) or error.errno is None or name is None:
+        return str(error)
+    return f"{name}: {str(error.strerror).lower()}"
+
+
+#: Attributes of the parsed command line other than options.
+_NO_OPTIONS = {"command", "line", "debug", "scan", "run", "file"}
+
+
+#: Options that name files which a command reads, and files which it writes.
+_INPUTS = ("scan", "file", "run", "finer", "indenter", "config")
+_OUTPUTS = ("output", "parameters", "picture", "dem")
+
+
+def refuse_inputs_as_outputs(options: Namespace) -> None:
+    """Raise if a command would write to a file that it reads, under whatever name."""
+    values = {name: getattr(options, name, None) or [] for name in (*_INPUTS, *_OUTPUTS)}
+    values["dem"] = [file for _, file in values["dem"]]
+    files = {name: [value] if isinstance(value, str) else value for name, value in values.items()}
+    read = [file for name in _INPUTS for file in files[name] if os.path.isfile(file)]
+    for name in _OUTPUTS:
+        for file in filter(os.path.isfile, files[name]):
+            if any(os.path.samefile(file, other) for other in read):
+                raise Refusal(name, "another file than those that are read", file)
+
+
+def in_shell(text: str, options: Namespace) -> str:
+    """Return an error's or a warning's text with arguments of functions written as the options of a command."""
+    flags = {name: "--" + name.replace("_", "-") for name in set(vars(options)) - _NO_OPTIONS}
+    for option, argument in (("fill", "method"), ("dem", "code")):
+        if option in flags:
+            flags.setdefault(argument, f"--{option}")
+    any_name = "|".join(sorted(flags, key=len, reverse=True))
+
+    def written(match: re.Match[str]) -> str:
+        values = re.sub(r"['\"]([^'\" ]+)['\"]", r"\1", (match[2] or "").strip("()…")).replace(",", "")
+        return f"{flags[match[1]]} {values}".strip()
+
+    text = re.sub(rf"\b({any_name})=(\([^()]*\)|'[^']*'|[^\s,;():]*)", written, text)
+    what, colon, reason = text.partition(": ")
+    text = f"{flags.get(what, what)}{colon}{reason}"
+    longer = "|".join(name for name in flags if "_" in name)
+    return re.sub(rf"(?<![-\w./])({longer})\b", lambda match: flags[match[1]], text) if longer else text
+
+
+def print_error(message: object, printed: set[str] | None = None) -> None:
+    """Print an error's or a warning's text without its location in the code, unless the set ``printed`` has it."""
+    if printed is None or str(message) not in printed:
+        print(f"roughxr: {printable(str(message), keep=_LINES)}", file=sys.stderr)
+    if printed is not None:
+        printed.add(str(message))
+
+
+def number(text: str) -> float | str:
+    """Return text as a number where it is one, else unchanged, as a quantity with units."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def numbers(value: Any) -> Any:
+    """Return text as a number or quantity, a list of texts as a tuple of them, and other values unchanged."""
+    if isinstance(value, list):
+        return numbers(value[0]) if len(value) == 1 else tuple(map(number, value))
+    return number(value) if isinstance(value, str) else value

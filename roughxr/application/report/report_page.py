@@ -1,0 +1,384 @@
+"""The report of a run: one self-contained HTML page with its answer, errors, cautions, figures and tables."""
+
+from __future__ import annotations
+
+import base64
+import io
+import os
+from collections.abc import Callable, Mapping, Sequence
+from datetime import date
+from pathlib import Path
+from typing import Any, NamedTuple
+from urllib.parse import quote
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ..._version import __version__
+from ...files.doors import refuse_other_page, refuse_place
+from ...files.storage import atomic_write
+from ...mechanics.bodies import liquid
+from ...mechanics.scans.regions import sides
+from ...mechanics.statistics import LAWS
+from ...mechanics.vocabulary import schema
+from ...mechanics.vocabulary.numbers import number
+from ...mechanics.vocabulary.refusal import Refusal
+from ...mechanics.vocabulary.text import printable, sentences_on_lines
+from .. import archive, figures
+from ..figures.maps import critical_map
+from .caveats import cautions
+from .detachment import DETACHMENT, detachment_notes, remaining_fraction, run_moments
+from .run_tables import METHOD_WORDS, debris_flags, full_budget, prediction, tables
+from .summary import BUDGET, best_estimate_notes, by_place, critical_flow, headline, run_fluid, run_summary
+
+Run = Mapping[str, xr.Dataset]
+
+#: Dots per inch of the figures.
+_DPI = 160
+
+
+@archive.checked_names
+def write_report(path: str | os.PathLike, output: str | os.PathLike | None = None) -> Path:
+    """Write a run's archive as one self-contained HTML page, and return its path.
+
+    Parameters
+    ----------
+    path : path
+        The archive of a run, NetCDF-4, or the folder that `roughxr run` or `paper` made.
+    output : path, optional
+        The page, by default ``report.html`` beside the archive; it appears under this name once it is complete.
+
+    Examples
+    --------
+    >>> import contextlib, io, pathlib, tempfile
+    >>> import roughxr
+    >>> scan = roughxr.scans.synthetic.self_affine((48, 48), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> scan = scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
+    >>> with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+    ...     groups = roughxr.run(scan, folder + "/run.nc", subregions=(2, 1))
+    ...     page = roughxr.report.write_report(folder + "/run.nc")
+    >>> page.name
+    'report.html'
+    """
+    path = archive.run_archive(Path(path))
+    output = page_path(path, output, "report.html")
+    run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}
+    if not set(run) & {"scan", "solutions/direct", "statistics/energy"}:
+        groups = ", ".join(run) or "none"
+        raise Refusal(path, "the archive of a run", f"groups: {groups}", "make one with roughxr run")
+    text = page(run, archive_name=path.name, missing=archive.root_attributes(path).get(archive.UNFINISHED, ""))
+    return write_page(text, output)
+
+
+def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
+    """Return the page as text."""
+    run = {name: schema.entered(ds) for name, ds in run.items()}
+    return render_template(
+        "report.html",
+        title=title(run.get("scan", xr.Dataset())),
+        archive_name=archive_name,
+        headline=sentences_on_lines(headline(run)),
+        humid=liquid.liquid_words(run["scan"]) if "scan" in run else "",
+        best=best_estimate_notes(run),
+        first=_pictures(run, _FIRST),
+        cautions=[f"The run is not finished, {missing}."] * bool(missing) + cautions(run),
+        facts=_facts(run),
+        methods=methods(run),
+        detachment=detachment_notes(run),
+        pictures=_pictures(run, _FIGURES),
+        tables=[(name, *_rows(table)) for name, table in tables(run).items()],
+        command=run_summary(run).attrs.get("command", ""),
+        calls=_calls(run_summary(run)),
+    )
+
+
+def _calls(summary: xr.Dataset) -> str:
+    """Return the calls that made a run, one a line."""
+    calls = []
+    for step in schema.history(summary):
+        arguments = ", ".join(f"{name}={value!r}" for name, value in step["arguments"].items())
+        calls.append(f"{step['operation']}({arguments})")
+    return "\n".join(calls)
+
+
+def _facts(run: Run) -> list[tuple[str, str]]:
+    """Return the facts of the page: scan, pair of bodies, simulation, and recommended model."""
+    if "scan" not in run:
+        return []
+    scan = run["scan"]
+    regime = run.get("statistics/regime", xr.Dataset())
+    parameters = run.get("statistics/roughness", xr.Dataset())
+    header = dict(line.split(": ", 1) for line in str(scan.attrs.get("header", "")).splitlines() if ": " in line)
+    facts = [
+        ("file", scan.attrs.get("source_file", "none: synthetic")),
+        ("channel", scan.attrs.get("channel", "")),
+        ("instrument", header.get("instrument.name", "")),
+        ("measured", header.get("acquisition_time", "")),
+        ("size", _size_words(scan)),
+        ("pixel", " × ".join(number(step, "nm") for step in sorted(set(schema.pixel(scan))))),
+        ("levelling", _step_argument(scan, "level", "method")),
+        ("heights", f"{number(scan['height'].min())} … {number(scan['height'].max())} nm"),
+        ("roughness S_q", number(parameters["s_q"], "nm") if "s_q" in parameters else ""),
+        ("materials", _step_argument(scan, "assign_pair", "materials")),
+        ("medium", _step_argument(scan, "assign_pair", "medium")),
+        *pair_facts(scan),
+        *_simulation_facts(run),
+        ("Tabor's parameter, median asperity", number(regime["asperity_tabor"]) if "asperity_tabor" in regime else ""),
+        ("simplest valid model", _MODELS[str(regime["recommended"].item())] if "recommended" in regime else ""),
+    ]
+    return [(name, str(value)) for name, value in facts if value]
+
+
+def _size_words(scan: xr.Dataset) -> str:
+    """Return the size of a scan and its number of pixels."""
+    along_x, along_y = sides(scan)
+    pixels = " × ".join(str(scan.sizes[axis]) for axis in ("x", "y"))
+    return f"{along_x / 1e3:.4g} × {along_y / 1e3:.4g} µm, {pixels} pixels"
+
+
+def _step_argument(ds: xr.Dataset, operation: str, argument: str) -> str:
+    """Return an argument of the last step of a kind in a history, empty if there is none."""
+    steps = [step for step in schema.history(ds) if step["operation"] == operation]
+    return str(steps[-1]["arguments"].get(argument, "")) if steps else ""
+
+
+def setting(run: Run) -> dict[str, str]:
+    """Return what distinguishes a run from others in a sheet: label, date, materials, medium and fluid."""
+    scan = run["scan"]
+    ended = run["log"]["time"].values[-1:].tolist() if "log" in run else []
+    return {
+        "label": title(scan),
+        "date": str(ended[0])[:10] if ended else "",
+        "materials": _step_argument(scan, "assign_pair", "materials"),
+        "medium": _step_argument(scan, "assign_pair", "medium"),
+        "fluid": run_fluid(run),
+    }
+
+
+def _simulation_facts(run: Run) -> list[tuple[str, str]]:
+    """Return law, mesh, preload and places of the simulation with adhesion."""
+    if "solutions/adhesive" not in run:
+        return [("places", f"{by_place(run).sizes['subregion']} contact centres" if by_place(run) else "")]
+    attrs = run["solutions/adhesive"].attrs
+    law = str(attrs["law"])
+    if "adhesion_length_nm" in attrs:
+        law += f", range {number(attrs['adhesion_length_nm'], 'nm')}"
+    preload = _step_argument(run["solutions/adhesive"], "adhesive", "preload") or 0.0
+    summary = run_summary(run)
+    independent = summary.get("independent_places")
+    places = f"{by_place(run).sizes['subregion']} contact centres"
+    if independent is not None and np.isfinite(independent):
+        places += f", {number(independent, digits=2)} of them independent"
+    return [
+        ("law of adhesion", law),
+        ("mesh", _mesh_words(run["solutions/adhesive"]["mesh"].values)),
+        ("preload", number(float(preload), "nN")),
+        ("places", places),
+    ]
+
+
+def _mesh_words(cells: np.ndarray) -> str:
+    """Return the meshes of all places, from their cells along a pixel."""
+    meshes = [f"{count} × {count}" for count in np.unique([cells.min(), cells.max()])]
+    return f"{' to '.join(meshes)} cells a pixel"
+
+
+def methods(run: Run) -> str:
+    """Return a paragraph on the methods of a run, for a publication; empty without a simulation with adhesion."""
+    facts = dict(_facts(run))
+    if "law of adhesion" not in facts:
+        return ""
+    scan = run["scan"]
+    indenter = "an indenter of measured shape"
+    if "sphere_radius" in scan.coords:
+        indenter = f"a sphere of radius {number(scan['sphere_radius'], 'nm')}"
+    materials = f" ({facts['materials']})" if "materials" in facts else ""
+    medium = f" across {facts['medium']}" if "medium" in facts else ""
+    body = "half space"
+    if schema.is_coated(scan):
+        body += f" below a layer of {number(scan['layer_thickness'], 'nm')}"
+    text = (
+        f"Pull-off forces of {indenter}{materials} were computed with roughxr {__version__} on a scan "
+        f"of {facts['size']}, at {facts['places']}. The contact of the elastic {body} was solved with adhesion{medium} "
+        f"(law: {facts['law of adhesion']}; contact modulus {number(scan['contact_modulus'], 'GPa')}; work of adhesion "
+        f"{number(scan['work_of_adhesion'], 'J/m²')}), on {facts['mesh']}, after a preload of {facts['preload']}."
+    )
+    if best_estimate_notes(run):
+        text += f" {' '.join(best_estimate_notes(run))} Intervals are at 95 %."
+    return text
+
+
+#: Models that `regime` recommends, in words.
+_MODELS = {"rigid": "rigid bodies", "adhesive": "simulation with adhesion", "superpose": "superposed asperities"}
+
+
+def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
+    """Return the quantities of the pair of bodies in words, each with its value."""
+    values = {str(name): value for name, value in schema.pair_coordinates(scan).items() if value.ndim == 0}
+    units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in values}
+    facts = {name: (schema.VARIABLES[name].long_name, number(values[name], units[name])) for name in values}
+    if "hamaker_constant" in values:
+        facts["hamaker_constant"] = ("Hamaker constant A", number(1e3 * values["hamaker_constant"], "zJ"))
+    return list(facts.values())
+
+
+def _rows(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
+    """Return the head and the rows of a table as text."""
+    head = [table.index.name or "", *(METHOD_WORDS.get(str(column), str(column)) for column in table.columns)]
+    cells = table.map(lambda value: value if isinstance(value, str) else number(round(float(value), 12)))
+    return head, [[str(label), *row] for label, row in cells.iterrows()]
+
+
+class _Figure(NamedTuple):
+    name: str
+    needs: Sequence[str]
+    draw: Callable[[Run], Any]
+    caption: str
+
+
+def _pictures(run: Run, figures: Sequence[_Figure]) -> list[dict[str, str]]:
+    """Return the figures for which a run has the groups as data URIs, or the reason why one cannot be drawn."""
+    from matplotlib import pyplot
+
+    pictures = []
+    for name, needs, draw, caption in figures:
+        if not set(needs) <= set(run):
+            continue
+        try:
+            drawn = np.ravel(draw(run))[0].figure
+            buffer = io.BytesIO()
+            drawn.savefig(buffer, format="png", dpi=_DPI)
+            pictures.append({"name": name, "caption": caption, "source": as_uri(buffer.getvalue())})
+        except ValueError as reason:  # such as nothing touches, or only one place
+            pictures.append({"name": name, "caption": f"Not drawn: {reason}.", "source": ""})
+        pyplot.close()
+    return pictures
+
+
+#: The figures of the first screen.
+_FIRST = (
+    _Figure(
+        "Pull-off force",
+        ["statistics/adhesive"],
+        lambda run: figures.distribution(prediction(run), laws=tuple(LAWS)),
+        "Distribution of the pull-off force over places, above it the mean with its 95 % interval. From ten places on: "
+        "an interval for each bar, and fitted distributions; a larger ΔAIC is a worse fit.",
+    ),
+    _Figure(
+        "One contact at pull-off",
+        ["scan", "solutions/pull_off_contact"],
+        lambda run: figures.field_map(run["solutions/pull_off_contact"], scan=run["scan"]),
+        "Pressure (red) and tension (blue) of the simulation with adhesion over the undeformed heights (grey), at the "
+        "place of median pull-off force.",
+    ),
+    _Figure(
+        "Error budget",
+        [BUDGET],
+        lambda run: figures.error_budget(full_budget(run)),
+        "Error of the mean pull-off by source, one standard deviation each (the intervals above are at 95 %), ± its "
+        "standard error; the sign is that of the change. Known biases are subtracted from the mean, and half of each "
+        "counts as error. Unseen roughness is that finer than the scan.",
+    ),
+)
+
+#: The other figures; each is left out where the run lacks a group that it needs.
+_FIGURES = (
+    _Figure(
+        "Pull-off and the pixel",
+        ["statistics/extrapolated"],
+        lambda run: figures.force_over_pixel(run["statistics/extrapolated"]),
+        "Mean pull-off force as scanned, and on every second and fourth pixel of the scan at up to nine of the places; "
+        "left of them the real surface with its 95 % interval.",
+    ),
+    _Figure(
+        "Pull-off force by place",
+        ["statistics/adhesive"],
+        lambda run: figures.subregion_map(prediction(run)),
+        "Pull-off force at every place; grey where the sphere does not adhere.",
+    ),
+    _Figure(
+        "The scan and the places",
+        ["scan", "solutions/direct"],
+        lambda run: figures.scan_map(run["scan"], subregions=run["solutions/direct"], highlight=debris_flags(run)),
+        "Heights; crosses mark the contact centres, rings those on debris.",
+    ),
+    _Figure(
+        "One contact without adhesion",
+        ["scan", "solutions/contact"],
+        lambda run: figures.field_map(run["solutions/contact"], scan=run["scan"]),
+        "Pressure of the direct simulation over the undeformed heights (grey), at the place of median force; where a "
+        "hardness is given, yielded pixels are outlined in blue.",
+    ),
+    _Figure(
+        "Elastic force",
+        ["solutions/direct"],
+        lambda run: figures.sweep(run["solutions/direct"]),
+        "Direct simulation without adhesion: all places, their median with its 95 % interval, and bands that contain "
+        "half and 90 % of them.",
+    ),
+    _Figure(
+        "Resisting moment by direction",
+        DETACHMENT,
+        lambda run: figures.moment_rose(run_moments(run)),
+        "Resisting moment over the direction in which the sphere begins to roll: the median place, the middle half of "
+        "all places, and the median of all directions (dashed).",
+    ),
+    _Figure(
+        "Critical flow by place",
+        DETACHMENT,
+        lambda run: critical_map(critical_flow(run)),
+        "Critical friction velocity of the flow along x at each place; or, if places differ in this, whether the "
+        "sphere rolls, slides or lifts first.",
+    ),
+    _Figure(
+        "Fraction remaining",
+        DETACHMENT,
+        lambda run: figures.fraction_remaining(remaining_fraction(run)),
+        "Fraction of spheres that remain after one second in turbulent flow, by Rock'n'Roll with the computed moments, "
+        "over the mean friction velocity, with its 95 % band. Turbulent bursts remove spheres well below the critical "
+        "velocity of a steady flow. Dotted: outside the range of the formulas for drag and torque.",
+    ),
+)
+
+
+def render_template(template: str, **values: Any) -> str:
+    """Return a rendered template of this package; text is escaped for HTML, and its control characters written out."""
+    import jinja2
+
+    options: dict[str, Any] = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True}
+    options["finalize"] = lambda value: printable(value, keep="\n\t") if type(value) is str else value
+    environment = jinja2.Environment(loader=jinja2.PackageLoader("roughxr.report", "web"), **options)
+    environment.filters["address"] = address
+    made = {"version": __version__, "today": date.today().isoformat()}
+    return environment.get_template(template).render(**made, **values)
+
+
+def address(path: str) -> str:
+    """Return the address of a file below a page's folder: its name is neither a scheme, a query nor a fragment."""
+    return "./" + quote(path, errors="surrogateescape")
+
+
+def page_path(path: Path, output: str | os.PathLike | None, name: str) -> Path:
+    """Return the path of a page, by default ``name`` beside its archive; raise if it is that of another file."""
+    output = path.with_name(name) if output is None else Path(output)
+    refuse_place(output)
+    refuse_other_page(output)  # before the page is made
+    return output
+
+
+def write_page(text: str, output: Path) -> Path:
+    """Write a page, and return its path."""
+    with atomic_write(output) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return output
+
+
+def as_uri(png: bytes) -> str:
+    """Return an image as a data URI."""
+    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
+
+
+def title(scan: xr.Dataset) -> str:
+    """Return the title of a page about a scan."""
+    return str(scan.attrs.get("title") or scan.attrs.get("source_file") or "A run of roughxr")

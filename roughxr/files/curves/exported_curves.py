@@ -1,0 +1,386 @@
+"""Read NanoScope's force curves and volumes, and the texts that JPK and NanoScope Analysis export, without a library.
+
+Answers are those of `curve_reader.read`. In NanoScope's files each curve is its extension, then its retraction, both
+from contact outwards. Force = count × V/LSB × deflection sensitivity × spring constant. Integers of four bytes may have
+fractional bits, which the trigger shows: the force reaches its threshold in contact.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from functools import lru_cache, partial
+from io import StringIO
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from ...mechanics.vocabulary.refusal import Refusal
+from ..images.plain import decoded
+from . import curve_reader
+
+#: A curve: values stated in its header, and a function that reads its columns.
+Curve = dict[str, Any]
+
+#: Sizes, m and N, of the units in exported texts.
+_SIZES = {"m": 1.0, "um": 1e-6, "µm": 1e-6, "nm": 1e-9, "N": 1.0, "uN": 1e-6, "µN": 1e-6, "nN": 1e-9, "pN": 1e-12}
+
+#: JPK's columns of the height, sensors first.
+_JPK_SENSORS = ("strainGaugeHeight", "capacitiveSensorHeight", "measuredHeight")
+_JPK_HEIGHTS = (*_JPK_SENSORS, *(f"smoothed{name[0].upper()}{name[1:]}" for name in _JPK_SENSORS), "height")
+
+#: NanoScope Analysis' columns of the ramp, sensors first.
+_RAMPS = ("Height_Sensor", "Calc_Ramp")
+
+#: Largest size of NanoScope's header, bytes, and its last line.
+_LARGEST_HEADER = 2**20
+_HEADER_END = re.compile(rb"\\\*(?:Force )?[Ff]ile list end")
+
+#: A value in V of NanoScope's header, its sensitivity, and the size of a count; a sensitivity.
+SCALED = re.compile(
+    r"V (?:\[(?P<quantity>[^\]]*)\] )?\((?P<lsb>[-+0-9.eE]*)[^)]*\)\s*(?P<value>[-+0-9.eE]+) ?(?P<units>\w*)"
+)
+SENSITIVITY = re.compile(r"V\s+(?P<value>[-+0-9.eE]+) ?(?P<units>\S*)")
+
+#: Possible numbers of fractional bits of integers of four bytes.
+_POSSIBLE_BITS = (0, 8, 16)
+
+
+def read(path: Path, kind: str, known: dict[str, float], first: int = 0, last: int | None = None) -> dict[str, Any]:
+    """Return the headers of a file of curves, or its curves from ``first`` to before ``last``."""
+    stat = path.stat()
+    name, curves, missing = _opened(path, kind, tuple(known.items()), stat.st_mtime_ns, stat.st_size)
+    if missing:
+        return {"missing": list(missing)}
+    if last is None:
+        return {"format": name, "curves": [curve_reader.stated_values(curve["metadata"]) for curve in curves]}
+    return {"samples": [curve_reader.samples(curve, kind) for curve in curves[first:last]]}
+
+
+@lru_cache(maxsize=1)
+def _opened(path: Path, kind: str, known: tuple, *_state: int) -> tuple[str, list[Curve], tuple[str, ...]]:
+    """Return the name of a file's format, its curves, and the names of calibration values that it lacks."""
+    name, reader = READERS[kind]
+    calibration = dict(known)
+    curves = list(reader(path, calibration))
+    needed = {name for curve in curves for name in curve.pop("needed") if name not in curve["metadata"]}
+    return name, curves, tuple(sorted(needed))
+
+
+def _jpk_text(path: Path, known: dict[str, float]) -> Iterator[Curve]:
+    """Yield the curve of a text exported by JPK's programs."""
+    lines = decoded(path.read_bytes()).splitlines()
+    is_head = np.array([line.startswith("#") or not line.strip() for line in lines])
+    starts = np.flatnonzero(np.diff(is_head.astype(int), prepend=1) == -1)
+    ends = [*np.flatnonzero(np.diff(is_head.astype(int)) == 1) + 1, len(lines)]
+    segments = [_jpk_segment(lines, int(start), int(end), known) for start, end in zip(starts, ends)]
+    sizes = [segment.height.size for segment in segments]
+    columns = {
+        "height (measured)": np.concatenate([segment.height for segment in segments]),
+        "force": np.concatenate([segment.force for segment in segments]),
+        "segment": np.repeat(np.arange(len(segments)), sizes),
+        "paused": np.repeat([segment.stated.get("segment") == "pause" for segment in segments], sizes),
+    }
+    last = segments[-1]
+    places = {f"position {axis}": float(last.stated.get(f"{axis}Position", np.nan)) for axis in "xy"}
+    yield {"metadata": {**last.calibration, **places}, "data": columns, "needed": last.needed}
+
+
+class _Segment(NamedTuple):
+    """A segment of a JPK text."""
+
+    stated: dict[str, str]  # above it
+    calibration: dict[str, float]
+    needed: list[str]  # names of the calibration that its deflection needs
+    height: np.ndarray  # m
+    force: np.ndarray  # N, NaN without its calibration
+
+
+def _jpk_segment(lines: list[str], start: int, end: int, known: dict[str, float]) -> _Segment:
+    """Return the segment in the lines from ``start`` to before ``end``, by the headers above."""
+    head = (line[1:].partition(":") for line in lines[:start] if line.startswith("#"))
+    stated = {key.strip(): value.strip() for key, _, value in head}
+    names = stated.get("columns", "").split()
+    units = dict(zip(names, stated.get("units", "").split()))
+    height = next((name for name in _JPK_HEIGHTS if name in units), None)
+    if height is None or units[height] not in _SIZES or units.get("vDeflection") not in _NEEDED:
+        raise Refusal("", "columns of height and vDeflection with units", ", ".join(names))
+    values = dict(zip(names, np.loadtxt(lines[start:end], ndmin=2).T))
+    calibration = _jpk_calibration(stated, known)
+    needed = _NEEDED[units["vDeflection"]]
+    factor = np.prod([calibration.get(name, np.nan) for name in needed])
+    return _Segment(stated, calibration, needed, values[height] * _SIZES[units[height]], values["vDeflection"] * factor)
+
+
+#: Values that make a force of a voltage, by afmformats' names.
+_CALIBRATION = ["sensitivity", "spring constant"]
+
+#: Values that make a force of a deflection in each unit.
+_NEEDED = {"pN": [], "nN": [], "uN": [], "N": [], "nm": _CALIBRATION[1:], "m": _CALIBRATION[1:], "V": _CALIBRATION}
+
+
+def _jpk_calibration(stated: dict[str, str], known: dict[str, float]) -> dict[str, float]:
+    """Return sensitivity (m/V) and spring constant (N/m) that a segment states, or that the caller does."""
+    keys = {"sensitivity": "sensitivity", "spring constant": "springConstant"}
+    return {name: float(stated[key]) for name, key in keys.items() if _is_number(stated.get(key, ""))} | known
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return np.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def _nanoscope_text(path: Path, known: dict[str, float]) -> Iterator[Curve]:
+    """Yield the curve of a text exported by NanoScope Analysis."""
+    lines = decoded(path.read_bytes()).splitlines()
+    first = next((k for k, line in enumerate(lines) if "_Ex" in line and not line.lstrip('"').startswith("\\")), None)
+    if first is None:
+        raise Refusal("", "columns of the extension, such as Calc_Ramp_Ex_nm and Defl_pN_Ex", "none")
+    header = _header_values([line.strip().strip('"') for line in lines[:first]])
+    table = pd.read_csv(StringIO("\n".join(lines[first:])), sep="\t", skipinitialspace=True, dtype=str)
+    table = table.apply(lambda column: pd.to_numeric(column.str.replace(",", "."), errors="coerce"))
+    calibration = _nanoscope_calibration(header, "Sens. DeflSens") | known
+    branches = [_text_branch(table, branch, calibration) for branch in ("Ex", "Rt")]
+    height, force, needed = zip(*branches)
+    columns = {"height (measured)": np.concatenate(height), "force": np.concatenate(force)}
+    columns["segment"] = np.repeat([0, 1], [part.size for part in height])
+    yield {"metadata": calibration, "data": columns, "needed": needed[0]}
+
+
+def _text_branch(
+    table: pd.DataFrame, branch: str, calibration: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Return height (m) and force (N) of a branch, and the names of the calibration that its deflection needs."""
+    named = {_column_quantity(name, branch): table[name].to_numpy() for name in table if f"_{branch}" in name}
+    ramp = next((key for prefix in _RAMPS for key in named if key[0] == prefix and key[1] in _SIZES), None)
+    deflection = next((("Defl", unit) for unit in _NEEDED if ("Defl", unit) in named), None)
+    if ramp is None or deflection is None:
+        raise Refusal("", f"columns Calc_Ramp_{branch}_nm and Defl_pN_{branch}", ", ".join(table))
+    needed = _NEEDED[deflection[1]]
+    factor = _SIZES.get(deflection[1], 1.0) * np.prod([calibration.get(name, np.nan) for name in needed])
+    return -named[ramp] * _SIZES[ramp[1]], named[deflection] * factor, needed
+
+
+def _column_quantity(name: str, branch: str) -> tuple[str, str]:
+    """Return quantity and units of a column, "Calc_Ramp_Ex_nm" or "Defl_pN_Ex"."""
+    before, _, after = name.strip().partition(f"_{branch}")
+    if after:
+        return before, after.strip("_")
+    quantity, _, unit = before.rpartition("_")
+    return quantity, unit
+
+
+def _header_values(lines: list[str]) -> dict[str, str]:
+    """Return the values of NanoScope's header lines by their names, the last of each name."""
+    pairs = (line[1:].partition(":") if not line.startswith("\\@") else _numbered(line) for line in lines)
+    return {key.strip().lower(): value.strip() for key, _, value in pairs}
+
+
+def _numbered(line: str) -> tuple[str, str, str]:
+    """Return name and value of a line such as "\\@4:Z scale: V […] (…) 2.5 V", without its number."""
+    name, colon, value = re.sub(r"^\\@(?:\d+:)?", "", line).partition(":")
+    return name, colon, value
+
+
+def _nanoscope_calibration(header: dict[str, str], quantity: str) -> dict[str, float]:
+    """Return sensitivity (m/V; without units nm/V) and spring constant (N/m) of a header."""
+    values: dict[str, float] = {}
+    sensitivity = SENSITIVITY.match(header.get(quantity.lower(), ""))
+    if sensitivity and sensitivity["units"] in ("nm/V", ""):
+        values["sensitivity"] = float(sensitivity["value"]) * 1e-9
+    if _is_number(header.get("spring constant", "")):
+        values["spring constant"] = float(header["spring constant"])
+    return values
+
+
+class _Block(NamedTuple):
+    """A list of NanoScope's header: its title and values."""
+
+    title: str
+    values: dict[str, str]
+
+
+class _Quantity(NamedTuple):
+    """A quantity of all curves of a NanoScope file."""
+
+    counts: np.ndarray  # (curves, samples), on disk
+    factor: float  # of a count, in V, for computed heights in m
+    sensitivity: str = ""  # its name
+
+
+def _heights(
+    path: Path,
+    sensor: dict[str, str] | None,
+    values: dict[str, str],
+    count: int,
+    sizes: tuple[int, int],
+    stored_size: int,
+) -> _Quantity:
+    """Return the heights of all curves in m: those of a sensor, else of the ramp."""
+    if sensor is None:
+        ramp = (_sine_heights if _is_peak_force(values) else _ramp_heights)(values, sizes)
+        extension, retraction = np.split(ramp, [sizes[0]])
+        filler = np.full(max(stored_size // 2 - sizes[0], 0) if stored_size > ramp.size else 0, np.nan)
+        ramp = np.concatenate([extension, filler, retraction])
+        return _Quantity(np.broadcast_to(ramp, (count, ramp.size)), 1.0)
+    measured = _stored(path, sensor, count, sum(sizes))
+    metres = _nanoscope_calibration(values, measured.sensitivity).get("sensitivity", np.nan)
+    return measured._replace(factor=-measured.factor * metres)
+
+
+def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
+    """Yield the curves of NanoScope's force curves and volumes."""
+    blocks = nanoscope_blocks(path)
+    header = {key: value for block in blocks if "image list" not in block.title for key, value in block.values.items()}
+    images = [block.values for block in blocks if "force image list" in block.title.lower()]
+    scans = [block.values for block in blocks if block.title.lower() == "ciao image list"]
+    deflection = next((image for image in images if "Defl" in image.get("image data", "")), None)
+    sensor = next((image for image in images if "ZSensor" in image.get("image data", "")), None)
+    if deflection is None:
+        titles = ", ".join(image.get("image data", "unnamed") for image in images) or "none"
+        raise Refusal("", "curves of the deflection", titles, "capture the deflection")
+    values = header | deflection
+    count = _curve_count(header, scans)
+    sizes = _sample_counts(values)
+    stored = _stored(path, deflection, count, sum(sizes))
+    bits = _fractional_bits(stored, sizes, header) if stored.counts.itemsize == 4 else 0
+    metadata = _nanoscope_calibration(values, stored.sensitivity) | known
+    heights = _heights(path, sensor, values, count, sizes, stored.counts.shape[1])
+    # a branch that stopped at the trigger is filled up to half of the stored samples
+    size = stored.counts.shape[1]
+    retraction = size // 2 if size > sum(sizes) else sizes[0]
+    in_time = np.r_[sizes[0] - 1 : -1 : -1, retraction : retraction + sizes[1]]
+
+    def columns(number: int) -> dict[str, np.ndarray]:
+        newtons = stored.factor / 2**bits * metadata["sensitivity"] * metadata["spring constant"]
+        return {
+            "height (measured)": (heights.counts[number] * heights.factor)[in_time],
+            "force": (stored.counts[number] * newtons)[in_time],
+            "segment": np.repeat([0, 1], sizes),
+        }
+
+    for number in range(count):
+        places = _place(number, count, header, scans) if count > 1 else {}
+        yield {"metadata": {**metadata, **places}, "data": partial(columns, number), "needed": _CALIBRATION}
+
+
+def nanoscope_blocks(path: Path) -> list[_Block]:
+    """Return the lists of a NanoScope header."""
+    with path.open("rb") as file:
+        raw = file.read(_LARGEST_HEADER)
+    end = _HEADER_END.search(raw)
+    parts = re.split(r"(?m)^\\\*", raw[: end.start() if end else len(raw)].decode("latin-1"))
+    blocks = (part.splitlines() for part in parts if part)
+    return [_Block(lines[0].strip(), _header_values(lines[1:])) for lines in blocks]
+
+
+def _is_peak_force(header: dict[str, str]) -> bool:
+    """Return whether curves are those of PeakForce tapping, captured with an image."""
+    return header.get("peakforce capture") == "Allow" and header.get("operating mode") == "Image"
+
+
+def _sample_counts(values: dict[str, str]) -> tuple[int, int]:
+    """Return the numbers of samples of the extension and of the retraction."""
+    counts = [int(word) for word in values.get("samps/line", "").split() if word.isdecimal()]
+    if len(counts) not in (1, 2) or not all(counts):
+        raise Refusal("", "the samples of extension and retraction", values.get("samps/line", "none"))
+    if values.get("samps/line, retrace") == str(counts[0]):  # of the retraction
+        counts = counts[::-1]
+    return counts[0], counts[-1]
+
+
+def _curve_count(header: dict[str, str], scans: list[dict[str, str]]) -> int:
+    """Return the number of curves."""
+    is_volume = "volume" in header.get("operating mode", "").lower() or header.get("start context") == "FVOL"
+    if not (is_volume or _is_peak_force(header)):
+        return 1
+    per_line = header.get("force/line", "").split()
+    if per_line and int(per_line[0]) > 0 and not _is_peak_force(header):  # the image may be finer
+        return int(per_line[0]) ** 2
+    return int(scans[0]["samps/line"].split()[0]) * int(scans[0]["number of lines"])
+
+
+def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Quantity:
+    """Return a quantity of the curves; the width of its integers is their size over their number."""
+    if not all(image.get(key, "").isdecimal() for key in ("data offset", "data length")):
+        raise Refusal("", "a header with offset and length of the data", "none: damaged")
+    offset = int(image["data offset"])
+    width = int(image["data length"]) // (samples * count)
+    scale = SCALED.match(image.get("z scale", ""))
+    if width not in (2, 4) or scale is None or not scale["lsb"]:
+        raise Refusal("", f"{count} × {samples} integers with a scale in V/LSB", f"{width} bytes for each")
+    if path.stat().st_size < offset + samples * count * width:
+        raise Refusal("", f"{samples * count} samples", "a shorter file: cut short?")
+    stored = int(image["data length"]) // (width * count)  # with filler
+    stored = stored if path.stat().st_size >= offset + stored * count * width else samples
+    counts = np.memmap(path, f"<i{width}", "r", offset, (count, stored))
+    return _Quantity(counts, float(scale["lsb"]), scale["quantity"] or "")
+
+
+def _fractional_bits(stored: _Quantity, sizes: tuple[int, int], header: dict[str, str]) -> int:
+    """Return the number of fractional bits of integers of four bytes, by the trigger if there is a relative one."""
+    default = 0 if len(stored.counts) == 1 else 8  # of a curve, of a volume
+    threshold = SCALED.match(header.get("trig threshold deflection", ""))
+    if (
+        _is_peak_force(header)
+        or header.get("trigger mode") != "Relative"
+        or threshold is None
+        or float(threshold["value"]) <= 0
+    ):
+        return default
+    # number of curves of a volume that show the trigger
+    extensions = np.asarray(stored.counts[:16, : sizes[0]], float) * stored.factor
+    far = np.median(extensions[:, -max(sizes[0] // 4, 1) :], axis=1)
+    reached = np.median(extensions.max(axis=1) - far)
+    if reached <= 0:
+        return default
+    return min(_POSSIBLE_BITS, key=lambda bits: abs(np.log(reached / 2**bits / float(threshold["value"]))))
+
+
+def _ramp_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
+    """Return the heights (m) of extension and retraction, from contact outwards."""
+    ramp = SCALED.match(values.get("ramp size", values.get("ramp size zsweep", "")))
+    sensitivity = SENSITIVITY.match(values.get("sens. zsens", ""))
+    if ramp is None or sensitivity is None:
+        raise Refusal("", "the size of the ramp and the sensitivity of the piezo", "none")
+    length = float(ramp["value"]) * float(sensitivity["value"]) * 1e-9
+    step = length / max(max(sizes) - 1, 1)
+    return np.concatenate([step * np.arange(size) for size in sizes])
+
+
+def _sine_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
+    """Return the heights (m) of a period of PeakForce tapping, as `_ramp_heights`; lowest at the synchronisation."""
+    amplitude = values.get("peak force amplitude", "")
+    if not _is_number(amplitude.removesuffix("nm")):
+        raise Refusal("", "the amplitude of PeakForce tapping", "none")
+    period = sum(sizes)
+    lowest = float(sizes[0])
+    points = values.get("sample points", "")
+    synchronisation = values.get("sync distance qnm", "")
+    if _is_number(synchronisation) and float(synchronisation) > 0 and _is_number(points):
+        lowest = float(synchronisation) * (1.0 if float(points) == sizes[0] else period / float(points))
+    height = -float(amplitude.removesuffix("nm")) * 1e-9 * np.cos(2 * np.pi * (np.arange(period) - lowest) / period)
+    return np.concatenate([height[: sizes[0]][::-1], height[sizes[0] :]])
+
+
+def _place(number: int, count: int, header: dict[str, str], scans: list[dict[str, str]]) -> dict[str, float]:
+    """Return the place (m) of a curve of a volume, from the lower left corner, rows upwards."""
+    scan_size = (scans[0] if scans else header).get("scan size", "").replace("~", "µ").split()
+    if len(scan_size) < 2 or scan_size[-1] not in _SIZES or not float(scan_size[0]) > 0:
+        return {}
+    columns = int(scans[0]["samps/line"].split()[0]) if _is_peak_force(header) else round(count**0.5)
+    pixel = float(scan_size[0]) * _SIZES[scan_size[-1]] / columns
+    row, column = divmod(number, columns)
+    return {"position x": (column + 0.5) * pixel, "position y": (row + 0.5) * pixel}
+
+
+#: Names and readers of the formats, by kind.
+READERS: dict[str, tuple[str, Callable[[Path, dict[str, float]], Iterator[Curve]]]] = {
+    "nanoscope": ("Bruker NanoScope (force curves)", _nanoscope),
+    "jpk text": ("JPK Instruments (text)", _jpk_text),
+    "nanoscope text": ("Bruker NanoScope Analysis (text)", _nanoscope_text),
+}

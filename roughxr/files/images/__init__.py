@@ -1,0 +1,1 @@
+"""Scans in files: microscopes' formats, containers, NetCDF; what is doubtful in them; files of scans."""

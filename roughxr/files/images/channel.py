@@ -1,0 +1,260 @@
+"""`Channel`, one image of a file as every reader returns it, and the choice among several."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import re
+import warnings
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...mechanics.scans.plausibility import missing_mark
+from ...mechanics.vocabulary.refusal import Refusal
+from ...mechanics.vocabulary.schema import SMALLEST_LENGTH
+from ...mechanics.vocabulary.text import printable
+from ...mechanics.vocabulary.units import factor
+from . import reader_process
+
+#: Names of images in lengths that are not heights of the surface: of the lever, or derived from a force curve.
+_NO_HEIGHT = re.compile(
+    "ampl|defl|error|phase|fric|lateral|deform|indent|background|contact|adhes|dissip|stiff|modul|snap|separation|"
+    "slope|mask",
+    re.IGNORECASE,
+)
+
+#: Names of images of heights.
+_HEIGHT = re.compile(r"height|topo|z[ _-]*(sensor|axis|range|scan|piezo)|^z$|\bz\b", re.IGNORECASE)
+
+
+class UnreadableScan(Refusal):
+    """A file that is not a scan, or is damaged: the message names the file, the reason and the remedy.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import roughxr
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder) / "scan.spm"
+    ...     _ = path.write_bytes(b"not a scan")
+    ...     try:
+    ...         roughxr.open_scan(path)
+    ...     except roughxr.scans.UnreadableScan:
+    ...         print("refused")
+    refused
+    """
+
+    def __init__(self, path: Any, reason: str):
+        super().__init__(path, "")
+        self.args = (path, reason)
+        self.path = path
+        self.reason = printable(reason)
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
+
+    def recognized(self, name: str) -> UnreadableScan:
+        """Return the same error, with the name of the format that was recognized."""
+        named = not name or name.partition(" (")[0] in self.reason
+        return self if named else UnreadableScan(self.path, f"{name}: {self.reason}")
+
+
+class Channel(NamedTuple):
+    """One image of a file with the file's own statements, not yet labelled.
+
+    ``read`` returns the values as (rows, columns) in ``units``, the top row of the picture first, NaN where
+    the file has no value. ``size`` is the lateral size (along x, along y) in ``lateral_units``. Missing statements are
+    None. ``counted`` is False if the file does not state its number of pixels.
+    """
+
+    name: str
+    units: str | None
+    shape: tuple[int, int]
+    size: tuple[float, float] | None
+    lateral_units: str | None
+    read: Callable[[], np.ndarray]
+    direction: str = ""
+    header: Mapping[str, Any] = {}
+    counted: bool = True
+
+    @property
+    def is_length(self) -> bool:
+        """Whether the values are lengths."""
+        return is_length(self.units)
+
+    @property
+    def is_topography(self) -> bool:
+        """Whether the values are heights of the surface: not an amplitude or a deformation in nm."""
+        return self.is_length and not _NO_HEIGHT.search(self.name)
+
+
+def is_length(units: str | None) -> bool:
+    """Return whether ``units`` convert to nm."""
+    if not units or not str(units).isalpha():
+        return False  # "~m" or "10 nm" would convert, but to something else
+    try:
+        return factor(str(units), "nm") > 0
+    except ValueError:
+        return False
+
+
+def stated_direction(name: str) -> str:
+    """Return "trace" or "retrace" if a channel's name states it, else ""."""
+    if re.search(r"retrace|backward|\bbwd\b", name, re.IGNORECASE):
+        return "retrace"
+    return "trace" if re.search(r"trace|forward|\bfwd\b", name, re.IGNORECASE) else ""
+
+
+def optional(module: str) -> ModuleType:
+    """Return a module of the ``afm`` extra; raise with advice if it is not installed."""
+    try:
+        with warnings.catch_warnings(action="ignore"):  # a notice that MPI is missing
+            return importlib.import_module(module)
+    except ImportError as error:
+        raise _not_installed(module.partition(".")[0], error) from error
+
+
+def _not_installed(package: str, reason: Any, extra: str = "afm") -> ImportError:
+    return ImportError(
+        f"this file needs {package}, found {reason}; install it with: "
+        f'pip install {package}, or in a clone of roughxr, with all similar packages: pip install ".[{extra}]"'
+    )
+
+
+def read_in_process(
+    path: Path, reader: ModuleType, package: str, *, extra: str = "afm", **options: Any
+) -> dict[str, Any]:
+    """Read a file with ``reader`` in a separate process; raise if its package is missing."""
+    if importlib.util.find_spec(package) is None:
+        raise _not_installed(package, "none", extra)
+    try:
+        return reader_process.answer(path, str(reader.__file__), **options)
+    except reader_process.ReadingFailed as failure:
+        raise UnreadableScan(path, str(failure)) from None
+
+
+def file_name(path: Path) -> str:
+    """Return the name of a file for attributes and messages, which hold UTF-8 alone."""
+    return printable(path.name)
+
+
+def first_bytes(path: Path, count: int) -> bytes:
+    """Return the first ``count`` bytes of a file."""
+    with path.open("rb") as file:
+        return file.read(count)
+
+
+#: First bytes of Igor's waves of version 5.
+IGOR = (b"\x05\0", b"\0\x05")
+
+
+def is_igor(head: bytes) -> bool:
+    """Return whether bytes begin an Igor wave of version 5: 384 header bytes whose 16-bit sum is zero."""
+    if len(head) < 384 or head[:2] not in IGOR:
+        return False
+    order = "<i2" if head[0] else ">i2"
+    return int(np.frombuffer(head[:384], order).sum(dtype=np.int64)) & 0xFFFF == 0
+
+
+#: Advice for a file without units.
+_STATE_UNITS = "if these are heights, state their units, height_units="
+
+
+def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
+    """Return the channel with this name or number and direction; by default the first image of heights."""
+    if direction not in (None, "trace", "retrace"):
+        raise Refusal("scan_direction", "'trace' or 'retrace'", f"{direction!r}")
+    fitting = channels_in_direction(channels_named(channels, channel), direction)
+    if not fitting or (isinstance(channel, str) and len(fitting) > 1):
+        number = "several" if fitting else "none"
+        advice = "choose one by name or number, channel=" if any(c.units for c in channels) else _STATE_UNITS
+        wanted = "an image of heights" if channel is None else f"channel {channel!r}"
+        wanted += f" with scan_direction {direction!r}" if direction else ""
+        raise UnreadableScan(path, f"expected {wanted}, found {number} among {listing(channels)}; {advice}")
+    first = fitting[0]
+    if not first.is_length:
+        advice = f"choose one, channel=, of {listing(channels)}" if first.units else _STATE_UNITS
+        raise UnreadableScan(
+            path,
+            f"expected a channel of heights, found {first.name!r} in units of {first.units or 'nothing'}; {advice}",
+        )
+    return first
+
+
+def ambiguity_warning(channels: list[Channel], chosen: Channel, direction: str | None) -> str:
+    """Return a warning that lists other images of heights; empty if there are none.
+
+    A sensor's image is preferred to the piezo voltage of the same movement, without a warning. Two images of one name
+    are trace and retrace.
+    """
+    fitting = channels_in_direction(channels_named(channels, None), direction)
+    tied = [image for image in fitting if _is_sensor(image) == _is_sensor(chosen)]
+    if len(tied) < 2 or (len(tied) == 2 and len({_stem(image.name) for image in tied}) == 1):
+        return ""
+    numbers = ", ".join(_first_of([f"{channels.index(image)}: {image.name!r}" for image in tied]))
+    return f"{len(tied)} images may be the heights ({numbers}); {chosen.name!r} is read; choose another one, channel="
+
+
+def _is_sensor(channel: Channel) -> bool:
+    return bool(re.search("sensor|measured", channel.name, re.IGNORECASE))
+
+
+def channels_named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
+    """Return the channels with this name or number; without either, those named as heights, else all lengths."""
+    if channel is None:
+        surfaces = [image for image in channels if image.is_topography]
+        return [image for image in surfaces if _HEIGHT.search(image.name)] or surfaces
+    if isinstance(channel, str):
+        exact = [image for image in channels if image.name in (channel, channel.lstrip("/"))]
+        return exact or [image for image in channels if _stem(image.name) == _stem(channel)]
+    return [channels[channel]] if 0 <= int(channel) < len(channels) else []
+
+
+def channels_in_direction(channels: list[Channel], direction: str | None) -> list[Channel]:
+    """Return the channels in this direction; by default all that are not retrace, or all."""
+    if direction is None:
+        return [image for image in channels if image.direction != "retrace"] or channels
+    return [image for image in channels if image.direction == direction]
+
+
+def _stem(name: str) -> str:
+    """Return a channel's name without direction and capitals: "HeightRetrace" becomes "height"."""
+    return re.sub(r"[ _-]*\(?(retrace|trace|forward|backward|\bfwd\b|\bbwd\b)\)?[ _-]*", "", name.lower())
+
+
+def listing(channels: list[Channel]) -> str:
+    """Return the channels as one line: number, name, direction, units; of very many the first ones."""
+    lines = [f"{k}: {image.name!r} {image.direction} [{image.units or '?'}]" for k, image in enumerate(channels)]
+    return printable(", ".join(" ".join(word.split()) for word in _first_of(lines)))
+
+
+def _first_of(names: list[str]) -> list[str]:
+    """Return words, the first ones and the number of the others where they are very many, as of a movie's frames."""
+    # most images in a list
+    most_listed = 32
+    more = len(names) - most_listed
+    return names if more <= 0 else [*names[:most_listed], f"… and {more} more"]
+
+
+def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
+    """Raise UnreadableScan if heights are infinite, include a missing-pixel mark, or have an impossible range.
+
+    A range over a thousand widths, or a thousandth of a nanometre, is impossible; heights may all be equal.
+    """
+    low, high = (np.nanmin(height), np.nanmax(height)) if np.isfinite(height).any() else (0.0, 0.0)
+    if 0 < high - low < SMALLEST_LENGTH:
+        raise UnreadableScan(
+            path, f"expected heights over at least {SMALLEST_LENGTH:g} nm, found {high - low:.3g} nm: wrong units?"
+        )
+    marks = missing_mark(height, width) if high - low > width else []
+    if marks:
+        raise UnreadableScan(path, f"expected heights that suit a scan {width:g} nm wide, found {marks[0]}")
+    # largest range of heights, in scan sizes; beyond, the file is damaged
+    if np.isinf(height).any() or high - low > 1e3 * width:
+        raise UnreadableScan(
+            path, f"expected heights that suit a scan {width:g} nm wide, found {low:g} to {high:g} nm: damaged"
+        )

@@ -1,0 +1,144 @@
+"""Vendors' images, read through SurfaceTopography by `reader_process`: this file imports nothing of roughxr."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import zipfile
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+#: SurfaceTopography readers that are not used: of formats with other readers in this package, and of formats without
+#: a signature, which would accept any file (a height map of unknown size, bare text, archives of arrays).
+UNUSED = {"asc", "xyz", "nc", "h5", "gwy", "jpk", "npy", "npz", "mat", "hgt", "nms"}
+
+#: Members to which the index of an X3P file refers: heights, and which of them are valid.
+_X3P_LINK = re.compile(r"<(?:\w+:)?(?:PointDataLink|ValidPointsLink)>\s*([^<\s]+)\s*<")
+
+
+class _OversizeMember(Exception):
+    """A member of an archive unpacks to more than the heights need."""
+
+
+def read(path: str, index: int | None = None) -> dict[str, Any]:
+    """Return the images of a file or, for ``index`` (counted over images of all dimensions), the heights of one."""
+    stat = os.stat(path)
+    reader, errors = _opened(path, stat.st_mtime_ns, stat.st_size)
+    if reader is None:
+        return {"errors": errors}
+    if index is not None:
+        return _heights(reader.channels[index])
+    return {"format": reader.format(), "images": [_image(channel) for channel in reader.channels]}
+
+
+@lru_cache(maxsize=1)
+def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
+    """Return the first reader of SurfaceTopography that accepts a file, or None and the error of each."""
+    from SurfaceTopography import IO
+
+    with open(path, "rb") as file:
+        head = file.read(512)
+    errors = {}
+    for reader in IO.readers:
+        name = reader.format()
+        if name in UNUSED or reader.can_read(head) == IO.MagicMatch.NO:
+            continue
+        try:
+            mended = {"di": _with_micro_signs, "x3p": _as_standard_x3p}.get(name, str)
+            return IO.open_topography(mended(path), format=name), {}
+        except _OversizeMember as error:
+            raise ValueError(str(error)) from None
+        except Exception as error:  # readers fail in various ways on other formats
+            errors[name] = " ".join(str(error).split()) or type(error).__name__
+    return None, errors
+
+
+def _with_micro_signs(path: str) -> Any:
+    """Return a NanoScope file with "µm" where it has "~m", by which SurfaceTopography does not scale."""
+    with open(path, "rb") as file:
+        header, end, data = file.read().partition(b"\x1a")
+    return io.BytesIO(header.replace(b"~m", b"\xb5m") + end + data) if b"~m" in header else path
+
+
+def _as_standard_x3p(path: str) -> Any:
+    """Return an X3P file with the revision's hyphen, with a date or none, and with heights in a member."""
+    with zipfile.ZipFile(path) as archive:
+        if "main.xml" not in archive.namelist():
+            return path
+        text, linked = _x3p_index(archive)
+        mended = re.sub(r"(ISO5436\s*)[\u2010-\u2015](\s*2000)", r"\1-\2", text)
+        mended = re.sub(r"(<(?:\w+:)?Date>)([^<]+)(</(?:\w+:)?Date>)", _date_or_empty, mended)
+        listed = re.search(r"<(\w+:)?DataList>.*?</(\w+:)?DataList>", mended, re.DOTALL)
+        if mended == text and not listed:
+            return path
+        members = {name: archive.read(name) for name in linked}
+    if listed:
+        data = re.findall(r"<(?:\w+:)?Datum\s*(?:/>|>([^<]*)</(?:\w+:)?Datum>)", listed[0])
+        heights = [float(cell.split(";")[-1]) if cell.strip() else np.nan for cell in data]
+        members["bindata/listed.bin"] = np.array(heights, "<f8").tobytes()
+        link = "<DataLink><PointDataLink>bindata/listed.bin</PointDataLink></DataLink>"
+        mended = mended[: listed.start()] + link + mended[listed.end() :]
+        mended = re.sub(r"(<CZ>.*?<DataType>)\w(</DataType>)", r"\1D\2", mended, flags=re.DOTALL)
+    members["main.xml"] = mended.encode()
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
+    packed.seek(0)
+    return packed
+
+
+def _date_or_empty(element: re.Match) -> str:
+    """Return an X3P element of a date, empty if it states none ("N/A"), which SurfaceTopography refuses."""
+    from dateutil import parser
+
+    try:
+        parser.parse(element[2])
+    except (ValueError, OverflowError):
+        return element[1] + element[3]
+    return element[0]
+
+
+def _x3p_index(archive: zipfile.ZipFile) -> tuple[str, set[str]]:
+    """Return main.xml of an X3P file and the members it refers to; raise if any unpacks to more than heights need."""
+    text = archive.read("main.xml").decode("utf-8", "replace")
+    counts = [re.search(rf"<(?:\w+:)?Size{axis}>\s*(\d+)\s*<", text) for axis in "XY"]
+    kind = re.search(r"<(?:\w+:)?CZ>.*?DataType>\s*([ILFD])\s*<", text, re.DOTALL)
+    stated = None
+    if all(counts) and kind:
+        columns, rows = (int(count[1]) for count in counts if count)
+        stated = columns * rows * {"I": 2, "L": 4, "F": 4, "D": 8}[kind[1]]
+    linked = set(_X3P_LINK.findall(text)) & set(archive.namelist())
+    for name in linked:
+        member = archive.getinfo(name)
+        if stated is not None and member.file_size > stated:
+            raise _OversizeMember(
+                f"{name}: expected {stated:,} bytes of {columns} × {rows} heights, as main.xml states, found "
+                f"{member.file_size:,}"
+            )
+    return text, linked
+
+
+def _image(info: Any) -> dict[str, Any]:
+    lateral, units = info.unit if isinstance(info.unit, tuple) else (info.unit, info.unit)
+    header = info.info.model_dump(exclude_none=True) if hasattr(info.info, "model_dump") else dict(info.info)
+    return {
+        "name": str(info.name),
+        "dim": int(info.dim),
+        "lateral_units": lateral,
+        "units": units,
+        "data_unit": info.data_unit if isinstance(info.data_unit, str) else None,
+        "points": tuple(map(int, info.nb_grid_pts)),
+        "size": None if info.physical_sizes is None else tuple(map(float, info.physical_sizes)),
+        "header": json.loads(json.dumps(header, default=str)),
+    }
+
+
+def _heights(info: Any) -> dict[str, Any]:
+    topography = info.topography()
+    unit = topography.unit[-1] if isinstance(topography.unit, tuple) else topography.unit
+    return {"unit": unit, "heights": np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)}

@@ -1,0 +1,1 @@
+"""Scans: levelling, regions, roughness and spectra, tip, editing, made surfaces."""

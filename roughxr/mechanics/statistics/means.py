@@ -1,0 +1,148 @@
+"""The mean pull-off force over places, its interval and its numerical error."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ..contact.pressing import is_range
+from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
+from ..vocabulary.table import SCALARS
+from .pull_off_events import pull_off, smooth_pull_off
+from .sampling import at_first_preload, by_share, conditions, refuse_conditions, sample_bounds, with_limits
+from .uncertainty import bootstrap
+
+#: Half width of a normal 95 % interval, in standard deviations.
+HALF_WIDTH = 1.96
+
+#: Relative errors of places, of the simulation with adhesion and of rigid bodies.
+_PLACE_ERRORS = ("pull_off_error", "cell_error")
+
+#: Mean pull-offs of a sphere that was pressed as little, and as hard, as it may be.
+PRESSED = ("pressed_low", "pressed_high")
+
+#: Variables of an interval that the answer takes over.
+INTERVAL = ("low", "high", "likelihood_low", "likelihood_high", "independent_places")
+
+
+def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
+    """Return the Dataset of `answer` without its sentences."""
+    if "pull_off_force" not in ds and "force" not in ds:
+        raise Refusal("", "a solution, or its pull_off", "neither", "run adhesive, rigid or superpose first")
+    pull = at_first_preload(ds if "pull_off_force" in ds else pull_off(ds))
+    force = pull["pull_off_force"].load()
+    bounds = _adhering_bounds(pull)
+    adhering = int(np.isfinite(bounds[0]).sum())
+    sampled = xr.Dataset()
+    if adhering > 1:
+        sampled = bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"])
+    interval = {name: sampled[name].item() if name in sampled else np.nan for name in INTERVAL}
+    mean = by_share(force).mean().item()
+    limits = {name: sampled.attrs[name] for name in ("limits", "law") if "limits" in sampled.attrs}
+    if limits:
+        mean = sampled["estimate"].item()
+    if adhering <= 1 and np.isnan(mean):
+        interval |= {"low": np.nanmax(bounds[0]), "high": np.nanmax(bounds[1])}
+    smooth = smooth_pull_off(pull) if {"sphere_radius", "work_of_adhesion"} <= set(pull.coords) else 0.0
+    scalars = {
+        "pull_off_force": mean,
+        **interval,
+        "places": adhering,
+        "solved_places": force.size,
+        "debris_share": pull.coords.get("debris_share", np.nan),
+        "debris_places": (pull["on_debris"] & force.notnull()).sum() if "on_debris" in pull.coords else np.nan,
+        "mesh_error": mesh_error(pull),
+        "smooth_share": mean / smooth if smooth > 0 else np.nan,
+    }
+    if ends := pressed_means(pull):
+        scalars |= dict(zip(PRESSED, ends))
+    out = schema.record(with_units(xr.Dataset(scalars, coords=schema.pair_coordinates(pull))), "answer", pull)
+    out.attrs |= limits | {name: pull.attrs[name] for name in ("law_choice",) if name in pull.attrs}
+    if "measured" in pull.attrs:
+        out.attrs["measured"] = pull.attrs["measured"]
+    return out.assign_attrs(rigid="yes") if "cell_error" in pull and "pull_off_error" not in pull else out
+
+
+def _adhering_bounds(pull: xr.Dataset) -> np.ndarray:
+    """Return the ends (2, …) of the pull-off forces; raise unless they are those of places of which some adhere."""
+    force = pull["pull_off_force"]
+    _refuse_several(force)
+    if not force.dims and not {"subregion", "subregion_x"} & set(force.coords):
+        raise Refusal(
+            "",
+            "places along subregion",
+            "a single force",
+            "take the answer before the mean over places, or of one place, isel(subregion=0)",
+        )
+    refuse_conditions(pull, "pull_off_force")
+    bounds = sample_bounds(pull, "pull_off_force")
+    if not (bounds[1] > 0).any():
+        raise Refusal("pull_off_force", "at least one place that adheres", f"none of {force.size}")
+    return bounds
+
+
+def _refuse_several(force: xr.DataArray):
+    """Raise for several scans or conditions, with advice on how to select or pool them."""
+    others = conditions(force)
+    if "scan" in others:
+        raise Refusal(
+            "", "one scan", "several", "take statistics.pooled(pull, 'pull_off_force') for all, or isel(scan=0)"
+        )
+    if others:
+        ways = ", ".join(f"{dim}=0" for dim in others)
+        raise Refusal(
+            "",
+            "one condition",
+            f"several along {', '.join(others)}",
+            f"take bootstrap(statistics=['mean']) of its pull_off for all, or one by isel({ways})",
+        )
+
+
+def mesh_error(pull: xr.Dataset) -> float:
+    """Return the relative numerical error of the mean pull-off, if errors of places add; NaN if unknown.
+
+    Errors are weighted by the force of each place, as in the mean. Ranges are no errors, see `pressed_means`.
+    """
+    error_name = next((name for name in _PLACE_ERRORS if name in pull), None)
+    if error_name is None:
+        return np.nan
+    force = pull["pull_off_force"].where(pull[error_name].notnull())
+    return float(by_share(force * abs(pull[error_name])).mean() / by_share(force).mean())
+
+
+def estimated_mean(extrapolated: xr.Dataset | None) -> tuple[float, float, float] | None:
+    """Return the mean of a result of `extrapolated` and the ends of its interval, nN, or None."""
+    if extrapolated is None:
+        return None
+    mean, low, high = (float(extrapolated[f"pull_off_{name}"]) for name in ("mean", "low", "high"))
+    return (mean, low, high) if np.isfinite(mean) else None
+
+
+def scalar_values(summary: xr.Dataset) -> dict[str, float]:
+    """Return the scalars of a summary by name, in their units; NaN where it lacks one."""
+    return {name: float(summary[name]) if name in summary else np.nan for name in SCALARS}
+
+
+def with_units(summary: xr.Dataset) -> xr.Dataset:
+    """Return scalars with their units and meaning."""
+    for name in set(SCALARS) & set(summary.data_vars):
+        summary[name].attrs = {"units": SCALARS[name].units, "long_name": SCALARS[name].long_name}
+    return summary
+
+
+def pressed_means(pull: xr.Dataset) -> tuple[float, float] | None:
+    """Return the means of the lower and of the upper ends of pull-offs that are ranges by pressing, None without any.
+
+    A place whose pull-off is no range counts in both with its pull-off.
+    """
+    if "pressed_pull_off_force" not in pull:
+        return None
+    force = pull["pull_off_force"]
+    pressed = pull["pressed_pull_off_force"]
+    depends = is_range(force, pressed)
+    if not depends.any():
+        return None
+    pressed = pressed.where(depends, force)
+    low, high = (float(by_share(end).mean()) for end in (np.minimum(force, pressed), np.maximum(force, pressed)))
+    return low, high

@@ -1,0 +1,118 @@
+"""The assumptions about a scan and its pair of bodies that an error budget changes, one factor at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..bodies.layer import stiffened
+from ..bodies.liquid import ANGLES, angles, humidity_coordinates, updated_liquid_share
+from ..bodies.pair_record import read_pair
+from ..scans.levelling import level
+from ..scans.tip import erode, impossible_share
+from ..vocabulary import schema
+from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, RANGE, UNKNOWN_RANGE
+from ..vocabulary.numbers import percent
+
+
+def _scale_coordinate(name: str) -> Callable:
+    """Return a change of the pair that multiplies one coordinate by a factor, with the factor as its label."""
+
+    def change(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
+        schema.need_assigned(ds, name)
+        value = float(ds[name])
+        derived = updated_liquid_share(ds, value * factor) if name == "work_of_adhesion" else {}
+        return f"× {factor:.3g}", ds.assign_coords({name: value * factor} | derived)
+
+    return change
+
+
+def _stiffer(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
+    return f"× {factor:.3g}", ds.assign_coords(stiffened(ds, factor))
+
+
+def _with_hardness_factor(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
+    """Return the pair that yields at a factor times the assigned or estimated hardness."""
+    hardness = read_pair(ds).hardness
+    if not np.isfinite(hardness):
+        raise ValueError("no hardness is assigned, and none estimated for named materials")
+    return f"× {factor:.3g}", ds.drop_vars("hardness_estimate", errors="ignore").assign_coords(
+        hardness=hardness * factor
+    )
+
+
+def _with_larger_angles(ds: xr.Dataset, degrees: float) -> tuple[str, xr.Dataset]:
+    degrees_now = [float(np.degrees(ds[name])) for name in ANGLES]
+    changed = angles(tuple(max(angle + degrees, 0.0) for angle in degrees_now))
+    return f"{degrees:+.3g} degrees", ds.assign_coords(dict(zip(ANGLES, changed)))
+
+
+def noise_limit(ds: xr.Dataset) -> float:
+    """Return an upper limit of a scan's noise (nm, rms): by the second differences of neighbouring lines."""
+    heights = ds["height"].values
+    differences = [np.diff(heights, 2, axis=axis) for axis in (0, 1)]
+    return float(min(np.sqrt(np.mean(difference**2) / 6) for difference in differences))
+
+
+def _with_noise(ds: xr.Dataset, share: float) -> tuple[str, xr.Dataset]:
+    """Return the scan with white noise, a share of its upper limit; raise if roughness hides the noise."""
+    limit = noise_limit(ds)
+    length = read_pair(ds).range
+    if limit > length:
+        raise ValueError(
+            f"neighbouring lines bound the noise to {limit:.2g} nm only, beyond the range of adhesion, {length:.2g} nm"
+        )
+    noise = np.random.default_rng(0).normal(0, share * limit, ds["height"].shape)
+    return f"{share * limit:.2g} nm", ds.assign(height=ds["height"].copy(data=ds["height"].values + noise))
+
+
+def _without_tip(ds: xr.Dataset, radius: float) -> tuple[str, xr.Dataset]:
+    """Return the scan with a tip's effect removed; raise for a scan that this tip cannot have made."""
+    share = impossible_share(ds, tip_radius=radius)
+    # part of a tip's effect, sharper than the tip can image, above which it is that of noise
+    if share > 0.5:
+        raise ValueError(
+            f"{percent(share)} of the heights that a tip of {radius:g} nm radius would have added are sharper than it "
+            "can image: noise, or a sharper tip"
+        )
+    return f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)
+
+
+def _with_added_humidity(ds: xr.Dataset, added: float) -> tuple[str, xr.Dataset]:
+    return f"{added:+.3g}", ds.assign_coords(humidity_coordinates(ds, float(ds["humidity"]) + added))
+
+
+#: Changes of scan or pair by a source of error and its setting, each with the setting in words. Of the sources without
+#: one only the solution changes.
+CHANGES: dict[str, Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]]] = {
+    "levelling": lambda ds, method: (method, level(ds, method=method)),
+    "tip radius": _without_tip,
+    "noise": _with_noise,
+    RANGE: _scale_coordinate("adhesion_range"),
+    "work of adhesion": _scale_coordinate("work_of_adhesion"),
+    "modulus": _stiffer,
+    "layer thickness": _scale_coordinate("layer_thickness"),
+    "sphere radius": _scale_coordinate("sphere_radius"),
+    "hardness": _with_hardness_factor,
+    "humidity": _with_added_humidity,
+    "contact angle": _with_larger_angles,
+}
+
+#: Factors of a humid pair.
+HUMID = ("humidity", "contact angle")
+
+
+def pair_factors(ds: xr.Dataset) -> dict[str, tuple]:
+    """Return a pair's factors and settings: hardness and layer only if assigned, of liquid only for a humid pair."""
+    absent = set() if schema.is_humid(ds) else {*HUMID}
+    absent |= set() if "hardness" in ds.coords else {"hardness"}
+    absent |= set() if schema.is_coated(ds) else {"layer thickness"}
+    return {name: ERROR_SOURCES[name].settings for name in CHANGED if name not in absent}
+
+
+def range_deviation(ds: xr.Dataset) -> float:
+    """Return the standard deviation of the range of adhesion, as a factor."""
+    return KNOWN_RANGE if {"adhesion_range", "hamaker_constant"} & set(ds.coords) else UNKNOWN_RANGE

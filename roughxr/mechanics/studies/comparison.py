@@ -1,0 +1,243 @@
+"""`compare`: predicted and measured pull-off forces by quantiles and distributions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..statistics import bootstrap
+from ..statistics.censoring import finite_ends, with_infinity
+from ..statistics.densities import shares_up_to
+from ..statistics.means import estimated_mean
+from ..statistics.places import independent_places
+from ..statistics.sampling import (
+    SHARE,
+    Samples,
+    limits_in_words,
+    refuse_conditions,
+    samples,
+    with_limits,
+    without_weights,
+)
+from ..vocabulary import schema
+from ..vocabulary.numbers import is_too_wide, number, quantity, with_interval
+from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import without_warnings
+
+_NAME = "pull_off_force"
+
+#: Probabilities of the quantiles that are compared.
+_LEVELS = np.linspace(0.01, 0.99, 99)
+
+#: Probability below which samples of one distribution differ as much.
+_UNLIKELY = 0.05
+
+#: Scope of a prediction without best estimate.
+AS_SCANNED = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
+
+STATISTICS = ("mean", "std", "q5", "q25", "q50", "q75", "q95")
+
+
+def compare(
+    predicted: xr.Dataset,
+    measured: xr.Dataset,
+    *,
+    extrapolation: xr.Dataset | None = None,
+    statistics: Sequence[str] = STATISTICS,
+    resamples: int = 999,
+) -> xr.Dataset:
+    """Compare predicted and measured pull-off forces.
+
+    Parameters
+    ----------
+    predicted : Dataset
+        With ``pull_off_force`` along ``subregion``, or a map of it: from `pull_off`, `pull_off_map`, `rigid`.
+    measured : Dataset
+        The same, from `open_pull_off`, or a second prediction.
+    extrapolation : Dataset, optional
+        From `extrapolated`, of the predicted surface. The means are then judged by its interval, of all known errors,
+        in place of the distributions as scanned.
+    statistics : sequence of str
+        Statistics whose ratios are reported, see `bootstrap`.
+    resamples
+        As for `bootstrap`, whose intervals are those of 95 %.
+
+    Returns
+    -------
+    Dataset
+        Along ``statistic``: ``predicted`` and ``measured`` with ``…_low`` and ``…_high``, and ``ratio``, measured over
+        predicted, with its interval; NaN if either is not positive. Along ``probability``: ``predicted_quantile`` and
+        ``measured_quantile``; if some forces are limits NaN where the quantile depends on them, which then lies between
+        ``measured_quantile_low`` and ``measured_quantile_high``. ``distribution_distance``, Kolmogorov's, and its
+        ``distribution_p_value``, for the effective numbers of independent samples ``predicted_places`` and
+        ``measured_places``. The attribute ``sentence`` states the ratios of means and standard deviations, and whether
+        the distributions agree, or the means by ``extrapolation``.
+
+    Raises
+    ------
+    ValueError
+        If a Dataset has no pull-off forces, none of them is positive, or it has several conditions.
+
+    Notes
+    -----
+    The ratio is that of the works of adhesion between rigid bodies only: pull-offs of bodies that deform grow faster
+    than the work, which `fit_pair` finds.
+
+    Intervals are those of a bootstrap. Forces that are known by limits enter as in `bootstrap`: intervals hold wherever
+    they lie between 0 and the limit, and the distance of the distributions is the least that the limits allow. For the
+    ratio, the errors of both are taken as independent and their logarithms added in squares (Donner & Zou, Stat.
+    Methods Med. Res. 21 (2012) 347): at the same places of one surface it is wider than necessary. The p-value is for
+    the number of independent places of the mean; tails have more, so that the test may miss differences but hardly
+    reports false ones.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import xarray as xr
+    >>> import roughxr
+    >>> rng = np.random.default_rng(0)
+    >>> made = [xr.Dataset({"pull_off_force": ("subregion", f * rng.gamma(9, 1.0, 400))}) for f in (1.0, 1.5)]
+    >>> compared = roughxr.compare(*made).sel(statistic="mean")
+    >>> bool(compared.ratio_low < 1.5 < compared.ratio_high), bool(compared.distribution_p_value < 0.001)
+    (True, True)
+    >>> print(compared.sentence.splitlines()[0])
+    Measured over predicted mean: 1.56 (95 % interval 1.49 … 1.63).
+    """
+    predicted, measured = schema.entered(predicted), schema.entered(measured)
+    both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
+    out = _statistics((predicted, measured), list(statistics), resamples)
+    for name, forces in zip(("predicted", "measured"), both):
+        out[f"{name}_quantile"] = ("probability", np.quantile(forces.values, _LEVELS))
+        if forces.bounds is not None:
+            low, high = with_infinity(np.quantile(finite_ends(forces.bounds), _LEVELS, axis=1).T)
+            out[f"{name}_quantile"] = ("probability", np.where(low == high, low, np.nan))
+            out[f"{name}_quantile_low"] = ("probability", low)
+            out[f"{name}_quantile_high"] = ("probability", high)
+            out.attrs[f"{name}_limits"] = limits_in_words(forces.bounds, quantity)
+    out = schema.label(out.assign_coords(probability=_LEVELS).assign(_distribution_test(*both)))
+    for name in ("predicted", "measured"):
+        for end in ("", "_low", "_high"):
+            out[name + end].attrs["units"] = "nN"
+    out.attrs |= {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
+    out.attrs |= {"missing": "NaN where a value is not positive", "sentence": _sentence(out, extrapolation)}
+    return schema.record(out, "compare", predicted, statistics=statistics, resamples=resamples)
+
+
+def _sentence(compared: xr.Dataset, extrapolation: xr.Dataset | None) -> str:
+    """Return the ratios of means and standard deviations, and whether both agree, a line each."""
+    lines = []
+    for statistic, words in {"mean": "mean", "std": "standard deviation"}.items():
+        if statistic in compared["statistic"]:
+            row = compared.sel(statistic=statistic)
+            ratio, low, high = (float(row[name]) for name in ("ratio", "ratio_low", "ratio_high"))
+            lines.append(f"Measured over predicted {words}: {with_interval(ratio, low, high, '')}.")
+    best = estimated_mean(extrapolation)
+    if best is None or "mean" not in compared["statistic"]:
+        return "\n".join([*lines, distributions_in_words(compared)])
+    return "\n".join([*lines, *_means_in_words(compared.sel(statistic="mean"), *best)])
+
+
+def _means_in_words(means: xr.Dataset, best: float, low: float, high: float) -> list[str]:
+    """Return the effect of the roughness that the scan does not show, and whether the means (nN) agree."""
+    ratio = number(best / float(means["predicted"]), digits=2)
+    overlap = float(means["measured_low"]) <= high and float(means["measured_high"]) >= low
+    relation = "overlaps" if overlap else "does not overlap"
+    decided = "they agree" if overlap else "they disagree"
+    if overlap and is_too_wide(low, high):
+        decided = "it is too wide to decide"
+    return [
+        f"{AS_SCANNED} With it the best estimate is {with_interval(best, low, high, why_wide='')}, {ratio} times the "
+        "prediction.",
+        f"Its interval, by all known errors of the prediction, {relation} that of the measured mean: {decided}. "
+        "Errors of spring constant and sensitivity are not included.",
+    ]
+
+
+def distributions_in_words(compared: xr.Dataset) -> str:
+    """Return whether the distributions agree; errors common to all places are unknown."""
+    distance = number(compared["distribution_distance"], digits=2)
+    p_value = float(compared["distribution_p_value"])
+    decided = "disagree" if p_value < _UNLIKELY else "agree"
+    return (
+        f"The distributions {decided}: they differ by {distance} at most, and samples of one distribution differ at "
+        f"least as much with probability p = {number(p_value, digits=2)}. Errors common to all places are not included."
+    )
+
+
+def _samples(ds: xr.Dataset, words: str) -> Samples:
+    if not isinstance(ds, xr.Dataset):
+        raise Refusal(words, f"a Dataset with {_NAME}", type(ds).__name__)
+    if _NAME not in ds:
+        names = ", ".join(map(str, ds.data_vars)) or "nothing"
+        raise Refusal(words, _NAME, names, "take .contact.pull_off() of a solution first")
+    refuse_conditions(ds, words)
+    sample = without_weights(samples(ds, _NAME, quiet=True), "compare")
+    if not (sample.values > 0).any():
+        raise Refusal(
+            words,
+            f"at least one positive {_NAME}",
+            f"none of {sample.values.size}",
+            "if the file counts adhesion as negative, open it with pulls='negative'",
+        )
+    return sample
+
+
+def _statistics(datasets: Sequence[xr.Dataset], statistics: list[str], resamples: int) -> xr.Dataset:
+    """Return the statistics of both and their ratios, with intervals."""
+    intervals = [_intervals(ds, statistics, resamples, seed) for seed, ds in enumerate(datasets)]
+    out = xr.Dataset(coords={"statistic": statistics})
+    for name, ends in zip(("predicted", "measured"), intervals):
+        out = out.assign({name: ends[0], f"{name}_low": ends[1], f"{name}_high": ends[2]})
+    return out.assign(dict(zip(("ratio", "ratio_low", "ratio_high"), _ratio(*intervals))))
+
+
+def _intervals(ds: xr.Dataset, statistics: list[str], resamples: int, seed: int) -> list:
+    """Return the statistics with the ends of their intervals, all places counted equally."""
+    forces = with_limits(ds, _NAME).drop_vars((SHARE, "on_debris", "debris_share"), errors="ignore")
+    out = without_warnings(bootstrap, forces, _NAME, statistics=statistics, resamples=resamples, seed=seed)
+    return [("statistic", out[name].values) for name in ("estimate", "low", "high")]
+
+
+def _ratio(predicted: list, measured: list) -> list:
+    """Return the ratio of two estimates and its interval, with independent errors of the logarithms.
+
+    Without a measured estimate, each end of the measured interval takes its place. An end at 0 is that of a limit.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        p, p_low, p_high = (np.log(np.where(ends > 0, ends, np.nan)) for _, ends in predicted)
+        m, m_low, m_high = (np.log(np.where(ends >= 0, ends, np.nan)) for _, ends in measured)
+        low = np.where(np.isneginf(m_low), m_low, m - p - np.hypot(m - m_low, p_high - p))
+    middle = np.where(np.isnan(m), m_high, m)
+    high = middle - p + np.hypot(m_high - middle, p - p_low)
+    return [("statistic", np.exp(ends)) for ends in (m - p, low, high)]
+
+
+def _distribution_test(predicted: Samples, measured: Samples) -> dict[str, Any]:
+    """Return the distance of two distributions, and its p-value for their effective numbers of independent places."""
+    from scipy.stats import ks_2samp, kstwobign
+
+    if measured.bounds is None and predicted.bounds is None:
+        distance = float(ks_2samp(predicted.values, measured.values, method="asymp").statistic)
+    else:
+        distance = _least_distance(predicted, measured)
+    counts = [independent_places(forces.values, forces.places) for forces in (predicted, measured)]
+    size = np.sqrt(counts[0] * counts[1] / sum(counts))
+    return {
+        "distribution_distance": distance,
+        "distribution_p_value": float(kstwobign.sf((size + 0.12 + 0.11 / size) * distance)),
+        "predicted_places": counts[0],
+        "measured_places": counts[1],
+    }
+
+
+def _least_distance(predicted: Samples, measured: Samples) -> float:
+    """Return the least difference of the cumulative distributions at any value, wherever limited values lie."""
+    ends = [
+        np.tile(forces.values, (2, 1)) if forces.bounds is None else forces.bounds for forces in (predicted, measured)
+    ]
+    points = np.unique(np.concatenate([side.ravel() for side in ends]))
+    largest, least = ([shares_up_to(side[end], points) for side in ends] for end in (0, 1))
+    return float(max(0.0, (least[0] - largest[1]).max(), (least[1] - largest[0]).max()))

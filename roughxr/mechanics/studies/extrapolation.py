@@ -1,0 +1,482 @@
+"""`extrapolated`: the pull-off of the real surface, from that as scanned and the effect of finer roughness.
+
+The real pull-off is the mean as scanned, over all places, times a factor. With one scan, the centre and the ends of the
+factor are those of measured surfaces, by the number of octaves that the scan does not show: nothing that a picture
+shows orders them (``tests/benchmarks/real_below_the_pixel.py``). With a second, finer scan, the factor is the ratio of
+two pull-offs of it: as it is, and as the first scan would show it. Below the pixels of the second scan, the octaves
+count as below those of the first. Measured pull-offs of another pair or radius give the factor as their ratio to the
+simulation. All this holds for particles at rest as for probes, but that one scan cannot predict where they rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..bodies.pair_record import read_pair
+from ..contact.adhesion import adhesive
+from ..contact.adhesive_options import read_preloads
+from ..contact.mesh import MOST_REFINED, Mesh, read_mesh
+from ..contact.regimes import need_sphere
+from ..scans import regions
+from ..specimen import Specimen
+from ..statistics.means import HALF_WIDTH, mean_pull_off, mesh_error, pressed_means
+from ..statistics.sampling import SHARE, at_first_preload
+from ..vocabulary import schema
+from ..vocabulary.error_sources import (
+    MEASURED,
+    MESH,
+    ONE_SCAN,
+    PLACES,
+    PRESSING,
+    SAMPLING,
+    SECOND_SCAN,
+    SECOND_SCAN_NOISE,
+    SECOND_SCAN_PART,
+    SECOND_SCAN_PIXEL,
+    UNSEEN,
+    UNSEEN_WORDS,
+)
+from ..vocabulary.numbers import number
+from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import without_warnings
+from ..vocabulary.units import Places, Quantity, positive, whole_number
+from .assumptions import CHANGES, noise_limit
+from .finer_scan import SecondScan, second_scan
+from .uncertainty_budget import budget_of
+
+#: Change of ln(pull-off) by each octave of wavelengths that a scan does not show: centre, and lower end of 95 %.
+_CENTRE_OF_OCTAVE = -0.2
+_LOWEST_OF_OCTAVE = -1.1
+
+#: Upper end of ln(factor): finer roughness hardly raises a force, in however many octaves.
+_HIGHEST = 0.19
+
+#: Fewest octaves that tip and noise hide, on however fine pixels.
+_FEWEST_OCTAVES = 1.5
+
+#: Distance of both ends of ln(factor) by a second scan, for each octave that it shows and the first does not.
+_SECOND_OF_OCTAVE = 0.3
+
+#: Shortest wavelength (nm) of continuum theory, and the shortest and longest that maps could test.
+_SHORTEST_WAVELENGTH = 0.5
+_TESTED = (6.0, 64.0)
+
+#: Pixels of the shortest wavelength that a scan contains.
+_PIXELS_PER_WAVELENGTH = 2.0
+
+#: Places along each axis at which a second scan is solved.
+_SECOND_PLACES = (3, 3)
+
+#: Standard deviation of ln(factor) from one pair and radius to another on one surface. On any three of four surfaces
+#: it is 0.24 to 0.34 (``tests/benchmarks/calibrated_factor.py``).
+_TRANSFER_ERROR = 0.35
+
+#: Pixels of a scan in one of the pixel series, and number of places at which the series is solved.
+_SERIES = (2, 4)
+_SERIES_PLACES = 9
+
+#: Fewest pixels along a side of a scan of the series.
+_FEWEST_PIXELS = 8
+
+
+class RoughnessFactor(NamedTuple):
+    """The effect of unseen roughness on the pull-off: ln of the factor, and its distances from the ends of 95 %."""
+
+    log: float
+    below: float
+    above: float
+    source: str  # a key of `UNSEEN_WORDS`
+
+    @property
+    def error(self) -> float:
+        """The standard deviation of ln(factor), if both ends were equally far."""
+        return (self.below + self.above) / (2 * HALF_WIDTH)
+
+
+def extrapolated(
+    ds: xr.Dataset | Specimen,
+    *,
+    subregions: Places = (4, 4),
+    preload: Quantity = 0.0,
+    law: str = "auto",
+    mesh: Mesh | int | str = "auto",
+    finer: xr.Dataset | None = None,
+    measured: xr.Dataset | None = None,
+    force_std: float = 0.0,
+    shortest: Quantity | None = None,
+    places: int = 4,
+) -> xr.Dataset:
+    """Return the pull-off of the real surface, with the effect of roughness finer than the scan and all known errors.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A levelled scan with an assigned sphere and work of adhesion.
+    subregions : (int, int), (array, array) or Dataset
+        Contact centres, by default a grid of 4 × 4: places of a fixed probe, or `resting` positions with a second scan.
+    preload, law, mesh
+        As in `adhesive`, which solves the surface as scanned.
+    finer : Dataset, optional
+        A second scan of the same surface on finer pixels, of any part of it. Its width should be that of the
+        sphere's radius or more. It narrows the interval most. A warning states heights, slopes or a skewness that
+        differ from those of the first scan; its plane is subtracted.
+    measured : Dataset, optional
+        Result of `compare` for measured pull-offs of another pair or radius on this surface, and their simulation by
+        `adhesive` on this scan. Their ratio calibrates the factor of a fixed probe.
+    force_std : float
+        Relative standard deviation of the ratio beside its scatter, such as that of a spring constant or of the
+        work of adhesion of the measured pair: 0.1 for 10 %.
+    shortest : number or quantity, optional
+        Shortest wavelength of the surface, nm, where it is known; by default 0.5 nm, where continuum theory ends.
+        Wavelengths below 6 nm could not be tested: an octave is assumed to count a quarter of the octave above.
+    places : int
+        Number of places at which the errors of pair and tip are solved.
+
+    Returns
+    -------
+    Dataset
+        ``pull_off_force`` (nN) of the real surface along ``subregion``; ``pull_off_mean`` with ``pull_off_low`` and
+        ``pull_off_high``, its 95 % interval by all errors; ``scanned_mean`` (nN), that of `adhesive` at the same
+        places, and ``roughness_factor`` with its ends ``roughness_low`` and ``roughness_high``; the product of both is
+        the mean. ``relative_std`` along ``entry``, the standard deviations of ln(mean), and ``remaining_std``, those
+        that remain once the source of an error is measured, or a second scan taken; ``narrowed_low`` and
+        ``narrowed_high``, the interval after the step that narrows it most, which the attribute ``narrowing_source``
+        names. ``pull_off_on_pixels`` (nN) along ``pixel_size``: the mean as scanned, and on every second and fourth
+        pixel of the scan. The attributes ``known`` and ``assumed`` state what the scan shows, and the factor.
+
+    Raises
+    ------
+    ValueError
+        Where the scan is synthetic, or flat; where the places are too few for an interval, or are resting positions
+        without a second scan; where ``finer`` is not finer, too small, or not of the same surface.
+
+    Notes
+    -----
+    With one scan: ln(factor) = −0.2 n, between −1.1 n and 0.19, with n the number of octaves from two pixels of the
+    scan to ``shortest``, at least 1.5, which tip and noise hide on any pixels. On measured surfaces, nothing that a
+    picture shows narrows these ends: neither how much roughness it shows, nor the pull-off on larger pixels.
+
+    With a second scan: factor = F(finer) / F(finer as shown by ``ds``), both at nine places, where "shown" means
+    sampled on the pixels of ``ds``. Wavelengths at which the noise of the second scan exceeds its roughness are removed
+    first. Roughness below is counted in octaves, as with one scan. The ratio takes the place of the factor of one scan;
+    measured pull-offs do, too. Both together are averaged in ln, weighted by the inverse variances.
+
+    On finer roughness, a particle rolls on to other resting positions and is supported otherwise, which one scan cannot
+    predict. The factor by a second scan holds for it as for a probe.
+
+    The places' relative scatter is that of the surface as scanned.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=300, materials="glass")
+    >>> real = scan.contact.extrapolated(subregions=(3, 3), mesh=2, places=1)
+    >>> bool(real.pull_off_low < real.pull_off_mean < real.pull_off_high)
+    True
+    >>> bool(np.isclose(real.pull_off_mean, real.scanned_mean * real.roughness_factor))
+    True
+    """
+    scan = need_sphere(ds).scan
+    refuse_synthetic(scan, finer)
+    count = whole_number(places, "places", least=1)
+    centres = regions.centres(scan, subregions)
+    _refuse_resting(centres, finer)
+    solved = without_warnings(adhesive, scan, subregions=centres, preload=preload, law=law, mesh=mesh)
+    mesh = read_mesh(mesh, Mesh())
+    force = float(read_preloads(preload)[0])
+    budget = budget_of(scan, solved, places=count, preload=force, mesh=mesh, only=CHANGES)
+    estimates: dict[str, Any] = {"finer": finer, "measured": measured, "force_std": force_std, "shortest": shortest}
+    out = real_pull_off(scan, solved, budget, **estimates)
+    out = out.merge(pixel_series(scan, solved, force), combine_attrs="override")
+    arguments = {"subregions": subregions, "preload": preload, "law": law, "mesh": mesh, "places": count}
+    return schema.record(out, "extrapolated", scan, **estimates, **arguments)
+
+
+def real_pull_off(
+    ds: xr.Dataset,
+    solved: xr.Dataset,
+    budget: xr.Dataset | None,
+    *,
+    finer: xr.Dataset | None = None,
+    measured: xr.Dataset | None = None,
+    force_std: float = 0.0,
+    shortest: Quantity | None = None,
+) -> xr.Dataset:
+    """Return the result of `extrapolated` from the simulation of the surface as scanned and its error budget.
+
+    Without a budget, the interval contains the errors of places, mesh and unseen roughness alone.
+    """
+    schema.need_assigned(ds, "sphere_radius")
+    refuse_synthetic(ds, finer)
+    _refuse_resting(solved, finer)
+    if not float(ds["height"].std()) > 0:
+        raise Refusal("height", "roughness", "a flat scan", "adhesive gives its pull-off")
+    end = _SHORTEST_WAVELENGTH if shortest is None else positive(shortest, "nm", "shortest")
+    pull_off = at_first_preload(solved)
+    scanned = mean_pull_off(pull_off)
+    mean, low, high = (float(scanned[name]) for name in ("pull_off_force", "low", "high"))
+    if np.isnan(low):
+        places = int(scanned["places"])
+        independent = float(scanned["independent_places"])
+        raise Refusal(
+            "subregions",
+            "enough independent places for an interval",
+            f"{places} that adhere" + f", {number(independent, digits=2)} of them independent" * (places > 1),
+            "take a larger grid or a larger scan",
+        )
+    unseen, noise = _unseen_factor(ds, solved, end, finer, measured, force_std)
+    errors = {PLACES: _Ends(np.log(mean / low), np.log(high / mean)), UNSEEN: _Ends(unseen.below, unseen.above)}
+    errors |= {name: _both_ends(HALF_WIDTH * error) for name, error in _pair_errors(budget).items()}
+    if finer is not None:
+        errors[SECOND_SCAN_NOISE] = _both_ends(HALF_WIDTH * noise)
+    if MESH not in errors or not np.isfinite(errors[MESH].below):
+        errors[MESH] = _both_ends(float(np.nan_to_num(mesh_error(pull_off))))
+    if pressed := pressed_means(pull_off):
+        errors[PRESSING] = _Ends(np.log(mean / pressed[0]), np.log(pressed[1] / mean))
+    remaining = {UNSEEN: errors[UNSEEN]} | _after_second_scan(ds, finer, end)
+    factor = float(np.exp(unseen.log))
+    best = factor * mean
+    ends = _sum_of(errors)
+    narrowed = {name: _sum_of(errors | {name: remaining.get(name, _both_ends(0.0))}) for name in errors}
+    step = min(narrowed, key=lambda name: sum(narrowed[name]))
+    out = xr.Dataset(
+        {
+            "pull_off_force": factor * pull_off["pull_off_force"],
+            "pull_off_mean": best,
+            "pull_off_low": best * np.exp(-ends.below),
+            "pull_off_high": best * np.exp(ends.above),
+            "scanned_mean": mean,
+            "roughness_factor": factor,
+            "roughness_low": factor * np.exp(-unseen.below),
+            "roughness_high": factor * np.exp(unseen.above),
+            "finest_shown": _shown_wavelength(ds),
+            "smooth_share": float(scanned["smooth_share"]),
+            "narrowed_low": best * np.exp(-narrowed[step].below),
+            "narrowed_high": best * np.exp(narrowed[step].above),
+            "relative_std": ("entry", [error.std for error in errors.values()]),
+            "remaining_std": ("entry", [remaining.get(name, _both_ends(0.0)).std for name in errors]),
+        },
+        {"entry": list(errors), **pull_off["pull_off_force"].coords},
+    )
+    if PRESSING in errors:
+        out["pressed_pull_off_force"] = factor * pull_off["pressed_pull_off_force"]
+    out.attrs = _sentences(ds, end, unseen) | {"narrowing_source": step, "unseen_by": unseen.source}
+    if budget is None:
+        out.attrs["assumed"] += " The errors of the pair are not included."
+    return schema.label(out)
+
+
+class _Ends(NamedTuple):
+    """Distances of ln(mean) from the ends of its 95 % interval, by one error or by all."""
+
+    below: float
+    above: float
+
+    @property
+    def std(self) -> float:
+        """The standard deviation of ln(mean), if both ends were equally far."""
+        return (self.below + self.above) / (2 * HALF_WIDTH)
+
+
+def _both_ends(distance: float) -> _Ends:
+    return _Ends(distance, distance)
+
+
+def _sum_of(errors: Mapping[str, _Ends]) -> _Ends:
+    """Return the ends by several independent errors."""
+    return _Ends(*np.hypot.reduce(list(errors.values())).tolist())
+
+
+def _after_second_scan(ds: xr.Dataset, finer: xr.Dataset | None, end: float) -> dict[str, _Ends]:
+    """Return what a second scan on the advised pixels leaves of the error of unseen roughness, if it is advised."""
+    if finer is not None or SECOND_SCAN_PART * max(schema.pixel(ds)) < SECOND_SCAN_PIXEL:
+        return {}
+    second = second_scan_factor(0.0, _shown_wavelength(ds), _PIXELS_PER_WAVELENGTH * SECOND_SCAN_PIXEL, end)
+    return {UNSEEN: _Ends(second.below, second.above)}
+
+
+def pixel_series(ds: xr.Dataset, solved: xr.Dataset, preload: float) -> xr.Dataset:
+    """Return the mean pull-off as scanned and on every second and fourth pixel of the scan, by a sample of places.
+
+    Empty for resting positions, which larger pixels move, and where the pixels are too few.
+    """
+    steps = [step for step in _SERIES if min(ds["height"].shape) >= _FEWEST_PIXELS * step]
+    if SHARE in solved.coords or not steps:
+        return xr.Dataset()
+    pull_off = at_first_preload(solved)
+    base = regions.sample(pull_off, _SERIES_PLACES)
+    law = solved.attrs["law"]
+    cells = int(base["mesh"].max())
+    forces = [base["pull_off_force"].values]
+    for step in steps:
+        coarse = ds.isel(x=slice(step // 2, None, step), y=slice(step // 2, None, step))
+        mesh = Mesh(min(cells * step, MOST_REFINED), None)
+        centres = regions.centres(coarse, base)
+        on_step = without_warnings(adhesive, coarse, subregions=centres, preload=preload, law=law, mesh=mesh)
+        forces.append(at_first_preload(on_step)["pull_off_force"].values)
+    everywhere = np.isfinite(forces).all(axis=0)
+    if not everywhere.any():
+        return xr.Dataset()
+    means = np.mean(forces, axis=1, where=everywhere)
+    sizes = max(schema.pixel(ds)) * np.array([1, *steps])
+    mean = float(mean_pull_off(pull_off)["pull_off_force"])
+    series = {"pull_off_on_pixels": ("pixel_size", mean * means / means[0])}
+    return schema.label(xr.Dataset(series, {"pixel_size": sizes}))
+
+
+def _shown_wavelength(ds: xr.Dataset) -> float:
+    """Return the shortest wavelength that a scan's pixels can show, nm."""
+    return _PIXELS_PER_WAVELENGTH * max(schema.pixel(ds))
+
+
+def _unseen_factor(
+    ds: xr.Dataset,
+    solved: xr.Dataset,
+    end: float,
+    finer: xr.Dataset | None,
+    measured: xr.Dataset | None,
+    force_std: float,
+) -> tuple[RoughnessFactor, float]:
+    """Return the effect of unseen roughness down to an end (nm), and the error of its ln by a second scan's noise."""
+    shown = _shown_wavelength(ds)
+    unseen = one_scan_factor(unseen_octaves(shown, end))
+    noise = 0.0
+    if finer is not None:
+        second = second_scan(ds, finer)
+        log, noise = second_scan_ratio(second, solved.attrs["law"])
+        unseen = second_scan_factor(log, shown, second.shown_wavelength, end)
+    if measured is not None and SHARE not in solved.coords and unseen.error > 0:
+        by_forces = _measured_factor(measured, force_std)
+        unseen = by_forces if finer is None else _combined_factor(unseen, by_forces)
+    return unseen, noise
+
+
+def _sentences(ds: xr.Dataset, end: float, unseen: RoughnessFactor) -> dict[str, str]:
+    """Return what is known from the scan, and what is assumed of finer roughness, in words."""
+    shown = _shown_wavelength(ds)
+    low, factor, high = (
+        number(np.exp(log), digits=2) for log in (unseen.log - unseen.below, unseen.log, unseen.log + unseen.above)
+    )
+    known = f"The scan resolves wavelengths of {number(shown, 'nm')} (2 pixels) and longer."
+    if (noise := noise_limit(ds)) > read_pair(ds).range:
+        known += f" Noise cannot be distinguished from roughness: it may reach {number(noise, 'nm', 2)}."
+    words = UNSEEN_WORDS[unseen.source]
+    assumed = f"Finer roughness multiplies the pull-off by {factor} ({low} … {high}), {words}."
+    shortest, longest = _TESTED
+    if unseen.source != MEASURED and end < shortest < shown:
+        assumed += f" Below {shortest:g} nm nothing is measured: an octave is assumed to count a quarter of that above."
+    if unseen.source == ONE_SCAN and shown > longest:
+        assumed += f" Wavelengths above {longest:g} nm could not be tested."
+    return {"known": known, "assumed": assumed}
+
+
+def without_estimate(ds: xr.Dataset, reason: str) -> xr.Dataset:
+    """Return the result of `extrapolated` where there is no estimate: no numbers, and the reason."""
+    out = xr.Dataset(dict.fromkeys(("pull_off_mean", "pull_off_low", "pull_off_high"), np.nan))
+    sentence = f"The effect of finer roughness is not included: {reason}."
+    return schema.label(out.assign_coords(schema.pair_coordinates(ds)).assign_attrs(known=sentence, assumed=""))
+
+
+def refuse_synthetic(*scans: xr.Dataset | None) -> None:
+    """Raise if a scan is synthetic."""
+    if any(scan is not None and schema.is_synthetic(scan) for scan in scans):
+        raise Refusal(
+            "", "a measured scan", "a synthetic one, which has no real surface", "adhesive gives its pull-off"
+        )
+
+
+def _refuse_resting(places: xr.Dataset, finer: xr.Dataset | None) -> None:
+    """Raise where the places are resting positions of free particles, without a second scan."""
+    if SHARE in places.coords and finer is None:
+        raise Refusal(
+            "finer",
+            "a second scan for resting positions",
+            "none",
+            "on finer roughness a particle rolls on to other ones, and adheres up to several times as much",
+        )
+
+
+def _pair_errors(budget: xr.Dataset | None) -> dict[str, float]:
+    """Return the standard deviations of ln(mean) by the entries of a budget other than the choice of places."""
+    if budget is None:
+        return {}
+    errors = budget["relative_std"].to_series().drop(SAMPLING, errors="ignore").dropna()
+    return {str(name): np.log1p(error) for name, error in errors.items()}
+
+
+def unseen_octaves(longest: float, end: float) -> float:
+    """Return the octaves of wavelengths that a scan does not show, from its longest unseen to the end (nm).
+
+    Of untested ones, each is assumed to count a quarter of that above: an integral of wavelength² over octaves.
+    """
+    if end >= longest:
+        return 0.0
+    least = _TESTED[0]
+    tested = np.log2(max(longest, least) / max(end, least))
+    untested = (min(longest, least) / least) ** 2 - (min(end, least) / least) ** 2
+    return max(float(tested + untested / (2 * np.log(2))), _FEWEST_OCTAVES)
+
+
+def one_scan_factor(octaves: float, source: str = ONE_SCAN) -> RoughnessFactor:
+    """Return the effect of so many unseen octaves, by measured surfaces."""
+    log = _CENTRE_OF_OCTAVE * octaves
+    highest = _HIGHEST if octaves > 0 else 0.0
+    return RoughnessFactor(log, log - _LOWEST_OF_OCTAVE * octaves, highest - log, source)
+
+
+def second_scan_factor(log: float, longest: float, second_longest: float, end: float) -> RoughnessFactor:
+    """Return the effect of wavelengths down to an end (nm), of which a second scan shows those above its own longest.
+
+    ``log`` is ln of the ratio of its pull-offs as it is, and as the first scan would show it.
+    """
+    octaves = unseen_octaves(longest, end)
+    hidden = min(max(unseen_octaves(second_longest, end), _FEWEST_OCTAVES), octaves)
+    below = one_scan_factor(hidden, SECOND_SCAN)
+    shown = _SECOND_OF_OCTAVE * (octaves - hidden)
+    lower, upper = (float(np.hypot(shown, distance)) for distance in (below.below, below.above))
+    return RoughnessFactor(log + below.log, lower, upper, SECOND_SCAN)
+
+
+def _measured_factor(measured: xr.Dataset, force_std: float) -> RoughnessFactor:
+    """Return the effect of unseen roughness as the ratio of measured to simulated pull-offs."""
+    measured = schema.entered(measured)
+    if "ratio" not in measured or "mean" not in measured["statistic"]:
+        raise Refusal("measured", "a result of `compare` with the mean", "no ratio of means")
+    mean = measured.sel(statistic="mean")
+    ratio, low, high = (float(mean[name]) for name in ("ratio", "ratio_low", "ratio_high"))
+    if not np.isfinite([ratio, low, high]).all():
+        raise Refusal("measured", "an interval of the ratio", "none", "measure more places")
+    scatter = np.log(high / low) / (2 * HALF_WIDTH)
+    error = HALF_WIDTH * float(np.hypot.reduce([scatter, force_std, _TRANSFER_ERROR]))
+    return RoughnessFactor(float(np.log(ratio)), error, error, MEASURED)
+
+
+def _combined_factor(first: RoughnessFactor, second: RoughnessFactor) -> RoughnessFactor:
+    """Return the mean of two estimates of one factor, weighted by their inverse variances.
+
+    Estimates of one surface may be wrong in the same way, so that agreement does not narrow the error. The source is
+    that of the second.
+    """
+    weights = np.array([first.error, second.error]) ** -2
+    log, below, above = np.average([first[:3], second[:3]], axis=0, weights=weights).tolist()
+    return RoughnessFactor(log, below, above, second.source)
+
+
+def second_scan_ratio(second: SecondScan, law: str) -> tuple[float, float]:
+    """Return ln(ratio) of the mean pull-offs of a second scan as it is and as shown, and its error by noise."""
+    centres = regions.centres(second.finer, _SECOND_PLACES)
+
+    def solve(scan: xr.Dataset) -> np.ndarray:
+        return at_first_preload(without_warnings(adhesive, scan, subregions=centres, law=law))["pull_off_force"].values
+
+    fine, noisier, *coarse = (solve(scan) for scan in (second.finer, second.noisier, *second.as_shown))
+    both = np.isfinite([fine, noisier, *coarse]).all(axis=0)
+    if both.sum() < 2:
+        raise Refusal("finer", "two places that adhere", int(both.sum()), "take a wider second scan")
+    ratio = fine[both].mean() / np.mean(coarse, axis=0)[both].mean()
+    return float(np.log(ratio)), float(abs(np.log(noisier[both].mean() / fine[both].mean())))
