@@ -32,7 +32,7 @@ from ...mechanics.specimen import Specimen, need_wide_scan, specimen_of
 from ...mechanics.studies.extrapolation import refuse_synthetic
 from ...mechanics.studies.finer_scan import second_scan
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.adhesion_laws import JKR
+from ...mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, JKR
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import warn
 from ...mechanics.vocabulary.units import Places, Quantities, Quantity, positive
@@ -208,7 +208,7 @@ def execute(
 
 def _soft_words(specimen: Specimen, plan: Plan) -> str:
     """Return what bodies without range cost, as a sentence; empty for others."""
-    if not specimen.pair.work > 0 or chosen_law(specimen, plan.law) != JKR:
+    if not specimen.pair.work > 0 or ADHESION_LAWS[chosen_law(specimen, plan.law)].has_range:
         return ""
     return f" These bodies are soft (law {JKR!r}): each place may take minutes."
 

@@ -289,7 +289,7 @@ _REDUCED = {
 def _branch(law: str, modulus: float, w: float, R: float, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Return force and indentation along the stable branch of a law."""
     units = jkr.ellipse_units(0.5 / R, 0.5 / R, 1.0, modulus, w)
-    if law != DUGDALE:
+    if law in _REDUCED:
         return units.P * _REDUCED[law][0], units.delta * _REDUCED[law][1]
     tabor = maugis.tabor(0.5 / R, 0.5 / R, modulus, w, reach)
     P, _, delta = maugis.contact_at(np.clip(maugis.parameter(tabor), 1e-3, maugis.LARGEST), _RATIOS)
@@ -539,7 +539,7 @@ def _intervals(
         sides = [_modulus_end(curve, law, best, level, side * min(half, 1.0)) for side in (-1, 1)]
         modulus = sides[0][0] - abs(other[0]), sides[1][0] + abs(other[0])
         works += [work for _, work in sides]
-        if law == DUGDALE and np.isinf(modulus[1]):  # then so is the transition between DMT's and JKR's pull-off
+        if law not in _REDUCED and np.isinf(modulus[1]):  # then so is the transition between DMT's and JKR's pull-off
             works += np.log(curve.pull / np.pi / curve.radius / np.array([2.0, 1.5])).tolist()
         half = _half_width(np.delete(best.jac, 0, axis=1), 0, level)
     half = np.hypot(half, np.sqrt(level) * other[1])

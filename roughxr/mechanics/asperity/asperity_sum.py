@@ -18,7 +18,7 @@ from ..kernels.asperity.asperity_laws import law as kernel_law
 from ..kernels.halfspace.separation import PROFILES
 from ..specimen import need_wide_scan
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import DUGDALE, HERTZ, JKR, read_law
+from ..vocabulary.adhesion_laws import ADHESION_LAWS, DUGDALE, HERTZ, JKR, read_law
 from ..vocabulary.refusal import Refusal
 from .catalogue import asperities
 
@@ -59,14 +59,14 @@ def read_options(
     ``dry_range`` (nm) is that of the law without liquid, by default the pair's.
     """
     schema.one_of(formulation, FORMULATIONS, "formulation")
-    if law == HERTZ and formulation == "self_similar":
+    if not ADHESION_LAWS[law].adheres and formulation == "self_similar":
         raise Refusal("formulation", "none with law='hertz'", "'self_similar'", "leave it out, or take law='jkr'")
     if law in RANGED and formulation not in (DEFAULT, _OF_RANGED):
         raise Refusal("formulation", f"none with law={law!r}", f"{formulation!r}", "leave it out, or take law='jkr'")
     if "indenter_height" in ds:
         raise Refusal("", "a sphere (assign_pair with sphere_radius)", "the height map of an indenter", "use direct")
     pair = read_pair(ds, "sphere_radius", "contact_modulus", half_space=not coated)
-    if law != HERTZ:
+    if ADHESION_LAWS[law].adheres:
         schema.need_assigned(ds, "work_of_adhesion")
     length = pair.range if dry_range is None else dry_range
     if pair.menisci is not None:  # of a longer range and a larger work than the solids
@@ -78,7 +78,7 @@ def read_options(
         profile=PROFILES["sphere"],
         radius=pair.sphere_radius,
         contact_modulus=pair.contact_modulus,
-        work_of_adhesion=0.0 if law == HERTZ else pair.work,
+        work_of_adhesion=pair.work if ADHESION_LAWS[law].adheres else 0.0,
     )
 
 

@@ -387,7 +387,7 @@ def _place_moments(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     refine = int(ds["mesh"].max() if "mesh" in ds else ds.attrs.get("mesh", 1))
     known = {name: ds[name] for name in ("pull_off_force", "pull_off_delta")}
     force = ds["force"].values
-    if ds.attrs["law"] == JKR:  # the states' cohesive zone holds more than the extrapolated pull-off
+    if not ADHESION_LAWS[ds.attrs["law"]].has_range:  # the states' cohesive zone holds more than the pull-off
         pressure = pressure * min(float(known["pull_off_force"]) / max(-force.min(), 1e-300), 1.0)
     side = np.sqrt(cell)
     push = np.nan_to_num(pressure) * cell

@@ -14,7 +14,7 @@ from ..jobs.records import Layout, labelled
 from ..kernels.asperity import contact_sums as sums
 from ..scans import regions
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import HERTZ
+from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
 from .asperity_sum import DEFAULT, Asperities, Summands, SumOptions, exact_pull_offs, law_attributes, read_summands
@@ -113,6 +113,7 @@ def superpose(
     summands = read_summands(ds, law, formulation, coated=True)
     ds = summands.ds
     law = summands.law
+    adheres = ADHESION_LAWS[law].adheres
     options = summands.options
     lazy = summands.lazy
     positions = regions.centres(ds, subregions)
@@ -122,11 +123,11 @@ def superpose(
             "which let the bodies yield, or drop the hardness",
             DoubtfulAsperities,
         )
-    if schema.is_coated(ds) and law != HERTZ:
+    if schema.is_coated(ds) and adheres:
         need_small_contacts(ds, _median_contact(summands))
     centres = [tuple(point) for point in regions.points(positions).tolist()]
     deltas = _default_sweep(summands, centres) if delta is None else schema.ascending(delta, "nm", "delta")
-    events = _EVENTS | (_PULL_OFF if law != HERTZ else {})
+    events = _EVENTS | (_PULL_OFF if adheres else {})
     layout = Layout({"delta": deltas}, _STATES, events)
     solve = partial(spread.task_results, name="superpose", lazy=lazy)
     records = solve(_superpose, centres, layout.dtype, summands.prepared, options, layout)
@@ -134,14 +135,14 @@ def superpose(
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     named = law_attributes(law, formulation, options)
     out.attrs = {"datum": "highest_peak", "method": "superpose", **named}
-    if law != HERTZ:
+    if adheres:
         out.attrs["expectation"] = expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
     out = spread.finish(out)
     if schema.is_coated(ds):
         out = _without_wide_contacts(out, largest_contact(ds))
-    if law != HERTZ and not lazy:
+    if adheres and not lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out
 

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import LENNARD_JONES
+from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.refusal import Refusal
 from .layer import film_of
 from .liquid import Menisci, menisci_of
@@ -72,7 +72,7 @@ class Pair(NamedTuple):
         that of A.
         """
         is_known = not math.isnan(self.hamaker_constant) and self.solid_work > 0
-        if law == LENNARD_JONES and is_known and math.isnan(self.assigned_range):
+        if ADHESION_LAWS[law].has_hamaker_tail and is_known and math.isnan(self.assigned_range):
             return math.sqrt(0.75) * self.closest_approach
         return self.range
 

@@ -23,7 +23,7 @@ from ..kernels.adhesion.states import INTERMEDIATE_TOLERANCE, TOLERANCE
 from ..kernels.adhesion.traction_laws import TAIL
 from ..specimen import Specimen, need_wide_scan, specimen_of
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import AUTO, LENNARD_JONES
+from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Places, Quantities, Quantity
@@ -225,7 +225,7 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
     if adhesion.refine != 1:
         settings |= {"interpolation": "band-limited"}
     length = {} if np.isnan(adhesion.length) else {"adhesion_length_nm": adhesion.length}
-    length |= {"cut_off_nm": TAIL * adhesion.length} if adhesion.law == LENNARD_JONES else {}
+    length |= {"cut_off_nm": TAIL * adhesion.length} if ADHESION_LAWS[adhesion.law].has_hamaker_tail else {}
     missing = "NaN where nothing was touched, the preload was not reached or the cycle not completed"
     limit = {"tolerance": INTERMEDIATE_TOLERANCE if adhesion.preloads.size else TOLERANCE}
     return {"law": adhesion.law, **length, **settings, **limit, "missing": missing}
@@ -295,9 +295,9 @@ def _warn_of_ranges(out: xr.Dataset) -> None:
 
 def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
     """Warn of inaccurate, truncated or incomplete places, and of a law that is cut off."""
-    if adhesion.law == LENNARD_JONES:
+    if ADHESION_LAWS[adhesion.law].has_hamaker_tail:
         warn(
-            f"law={LENNARD_JONES!r} is cut off at a gap of {TAIL * adhesion.length:.3g} nm: the pull-off of a smooth "
+            f"law={adhesion.law!r} is cut off at a gap of {TAIL * adhesion.length:.3g} nm: the pull-off of a smooth "
             "sphere is 0.9 % too small, that of stiff rough bodies up to 20 %, and pull_off_error does not include "
             "this error; compare with `rigid`, which has no cut-off"
         )

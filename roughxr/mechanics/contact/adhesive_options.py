@@ -43,7 +43,7 @@ def read_adhesion(specimen: Specimen, law: str, *, preloads, mesh: Mesh, cycles)
         accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
         step=step if mesh.step is None else mesh.step,
         first_cell=first_cell,
-        capture=_capture(specimen) if law == JKR and specimen.pair.solid_work > 0 else 0.0,
+        capture=0.0 if ADHESION_LAWS[law].has_range or not specimen.pair.solid_work > 0 else _capture(specimen),
         cycles=whole_number(cycles, "cycles", least=1),
         **pair_law(specimen.pair, law),
     )
@@ -89,8 +89,7 @@ def preload_problem(
     depth = [settling_depth(specimen, adhesion)]
     at = specimen.centres(None)
     problem = read_problem(specimen, at, delta=depth, datum="first_contact", refine=adhesion.refine)
-    if adhesion.law != EXPONENTIAL:  # which is refined
-        need_resolved_law(adhesion, problem)
+    need_resolved_law(adhesion, problem)
     return problem, adhesion
 
 
@@ -116,10 +115,9 @@ def law_choice(specimen: Specimen) -> str:
     if not SHORT_RANGE / 2 <= parameter <= 2 * SHORT_RANGE:
         return ""
     name = automatic_law(parameter)
-    other = EXPONENTIAL if name == JKR else JKR
     return (
-        f"The law is {name!r} by Tabor's parameter, {number(parameter, digits=2)}, and {other!r} on the other side of "
-        f"{SHORT_RANGE:g}: state one law to compare pairs."
+        f"The law is {name!r} by Tabor's parameter, {number(parameter, digits=2)}, and "
+        f"{ADHESION_LAWS[name].rival!r} on the other side of {SHORT_RANGE:g}: state one law to compare pairs."
     )
 
 
@@ -159,7 +157,7 @@ def snap_in_gap(length: float, parameter: float) -> float:
 
 def _law_with_liquid(pair: Pair, law: str, menisci: Menisci) -> dict[str, Any]:
     """Return the solids' law under and beyond condensed liquid, and the liquid."""
-    if law != EXPONENTIAL:
+    if not ADHESION_LAWS[law].takes_liquid:
         raise Refusal("law", f"{EXPONENTIAL!r} for the solids of a humid pair", f"{law!r}")
     length = pair.range
     beyond = np.exp(-menisci.height / length)
@@ -233,15 +231,13 @@ def _contact_radius(specimen: Specimen) -> float:
 
 def need_resolved_law(adhesion: Adhesion, problem: Problem) -> None:
     """Raise if no permitted mesh resolves the traction of the law: the forces would be wrong."""
-    cell = largest_cell(adhesion, problem)
-    # cells larger than `largest_cell` by this factor are refused for the exponential law: pull-offs would be many times
-    # too large, and Newton's method hardly converges
-    cell *= 20.0 if adhesion.law == EXPONENTIAL else 1.0
+    law = ADHESION_LAWS[adhesion.law]
+    cell = law.refused_cell * largest_cell(adhesion, problem)
     smallest = problem.pixel / (adhesion.refine or MOST_REFINED)
     if smallest > cell:
         refine = int(np.ceil(problem.pixel / cell))
-        other = JKR if adhesion.law == EXPONENTIAL else EXPONENTIAL
-        advice = f"mesh={refine}, or law={other!r}" if refine <= MOST_REFINED else f"law={other!r}"
+        advice = f"law={law.rival!r}"
+        advice = f"mesh={refine}, or {advice}" if refine <= MOST_REFINED else advice
         raise Refusal(
             f"law={adhesion.law!r}",
             f"cells of at most {cell:.3g} nm (larger ones do not resolve its traction)",

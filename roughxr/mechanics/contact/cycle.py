@@ -188,7 +188,7 @@ def _cycle(surface, problem, adhesion, law, options, preloads, residual_height) 
         cap=cap,
         limit=limit,
         residual_height=residual_height,
-        from_contact=adhesion.law == JKR and adhesion.work > 0,
+        from_contact=adhesion.work > 0 and not ADHESION_LAWS[adhesion.law].has_range,
         capture=adhesion.capture,
         film=problem.film,
         **options,
@@ -230,7 +230,7 @@ def edge_extrapolation(law: str, radius: float, change: float) -> Extrapolation:
     by √2, hence a factor of 1/(2^{n/2} − 1). Dugdale's edge widens by 2, hence 1/(2ⁿ − 1). Spheres of many cells give
     n = 1.8 and 1.6. Without range, few cells add a number over the radius, which is fitted (``_EXTRAPOLATION``).
     """
-    if change > 0 and law == JKR:  # as at a rim that cannot move
+    if change > 0 and not ADHESION_LAWS[law].has_range:  # as at a rim that cannot move
         return Extrapolation(0.0, RIM_ERROR * change)
     if abs(change) > LARGEST_DIFFERENCE:
         return Extrapolation(0.0, abs(change))

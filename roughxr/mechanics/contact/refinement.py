@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..vocabulary.adhesion_laws import DUGDALE, JKR
+from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from .adhesion_on_cells import Adhesion, resolving_cell
 from .cycle import LARGEST_CORRECTION, LARGEST_DIFFERENCE, MOST_CELLS, RIM_ERROR, Cycles, cycles_on, overlapping_cells
 from .pressing import LARGEST_SETTLING, settling_changes
@@ -111,7 +111,7 @@ def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
 
     Changes beyond `LARGEST_DIFFERENCE` belong to different contacts and are left out.
     """
-    if not cycles.wider or cycles.law != JKR:
+    if not cycles.wider or ADHESION_LAWS[cycles.law].has_range:
         return 0.0
     rises = 1 - cycles.wide_pulls / np.where(cycles.steep_pulls > 0, cycles.steep_pulls, np.nan)
     return np.maximum(np.maximum(_further_changes(rises), _further_changes(change)), _LEAST_ERROR)
@@ -119,7 +119,7 @@ def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
 
 def coarser_mesh_error(change: np.ndarray, law: str | None) -> np.ndarray:
     """Return the error of the coarser of two meshes by the relative change: without range the changes go on slowly."""
-    if law != JKR:
+    if law is None or ADHESION_LAWS[law].has_range:
         return change
     return np.maximum(change + _further_changes(change), _LEAST_ERROR)
 
@@ -164,7 +164,7 @@ def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycle
 
 def _is_pressed_on_larger_cells(adhesion: Adhesion) -> bool:
     """Return whether places are solved once more after the sphere was pressed: without range, where cells are small."""
-    return adhesion.presses and adhesion.law == JKR and not np.isnan(adhesion.accuracy)
+    return adhesion.presses and not ADHESION_LAWS[adhesion.law].has_range and not np.isnan(adhesion.accuracy)
 
 
 def _presses_once(adhesion: Adhesion) -> bool:
@@ -222,7 +222,7 @@ def _single_mesh_error(cycles: Cycles) -> np.ndarray:
     errors = np.fmax(np.fmax(_edge_errors(cycles), _slow_error(cycles)), radius_errors)
     with np.errstate(invalid="ignore", divide="ignore"):
         limited = np.abs(pulls - steep) > 0.99 * LARGEST_CORRECTION * steep  # edges differ by more than their width
-        return errors + np.where(limited | (cycles.law == DUGDALE), np.abs(pulls - steep) / pulls, 0.0)
+        return errors + np.where(limited | ADHESION_LAWS[cycles.law].has_range, np.abs(pulls - steep) / pulls, 0.0)
 
 
 def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:

@@ -17,7 +17,7 @@ from ..scans.fine_scales import smooth
 from ..scans.levelling import level
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import EXPONENTIAL, HAMAKER, JKR, LONG_RANGE, SHORT_RANGE, read_law
+from ..vocabulary.adhesion_laws import ADHESION_LAWS, EXPONENTIAL, HAMAKER, LONG_RANGE, SHORT_RANGE, read_law
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Places
@@ -133,8 +133,9 @@ def _sentence(result: dict[str, Any], *, yields: bool, humid: bool) -> str:
 
 def _with_law(tabor: float, **kind: bool) -> str:
     """Return the simulation's law and the reason for it, in words."""
-    if automatic_law(tabor, **kind) == JKR:
-        return f"with law={JKR!r}: the range of adhesion is negligible, but the contacts interact"
+    law = automatic_law(tabor, **kind)
+    if not ADHESION_LAWS[law].has_range:
+        return f"with law={law!r}: the range of adhesion is negligible, but the contacts interact"
     why = "summits deform by about as much as the range of adhesion"
     if kind["humid"]:
         why = "the liquid attracts across gaps"

@@ -8,7 +8,7 @@ import xarray as xr
 from ..bodies.pair_record import read_pair
 from ..jobs.records import converged
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import DUGDALE, HERTZ
+from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import IncompleteResult, warn
 
@@ -95,7 +95,7 @@ def _adhesive_force(ds: xr.Dataset) -> xr.DataArray:
     force = ds["force"]
     if force.sizes["delta"] < 2:
         raise Refusal("delta", "a sweep of at least two displacements to find the pull-off in", "one")
-    elastic = ds.attrs.get("method") == "direct" or ds.attrs.get("law") == HERTZ
+    elastic = ds.attrs.get("method") == "direct" or not ADHESION_LAWS[ds.attrs.get("law", AUTO)].adheres
     if elastic and (force.chunks is not None or not (force < 0).any()):
         raise Refusal(
             "", "a sweep with adhesion", "one without", "solve with adhesion: superpose(…, law='jkr') or adhesive(…)"
@@ -157,7 +157,7 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     >>> round(roughxr.statistics.smooth_pull_off(pair))
     19071
     """
-    summed_with_range = ds.attrs.get("method") == "superpose" and ds.attrs["law"] == DUGDALE
+    summed_with_range = ds.attrs.get("method") == "superpose" and ADHESION_LAWS[ds.attrs["law"]].has_range
     pair = read_pair(ds, "sphere_radius", "work_of_adhesion")
     stiff = pair.menisci is not None or ds.attrs.get("method") == "rigid" or summed_with_range
     return pair.smooth_pull_off(stiff=stiff)

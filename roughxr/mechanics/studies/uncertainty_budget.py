@@ -26,7 +26,7 @@ from ..specimen import specimen_of
 from ..statistics import bootstrap
 from ..statistics.sampling import by_share, place_order, shares
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
+from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, MESH, RANGE, SAMPLING, THIN
 from ..vocabulary.numbers import percent
 from ..vocabulary.refusal import Refusal
@@ -248,7 +248,7 @@ def _sampling(force: xr.DataArray) -> _Entry:
 def _entry(factor: str, cases: Sequence[FactorCase], count: int, law: str) -> _Entry:
     """Return the largest change among a factor's settings, solved at ``count`` places."""
     # without range the order of convergence on soft rough bodies is a half
-    part = 1.5 if law == JKR else _BIAS_PART
+    part = _BIAS_PART if ADHESION_LAWS[law].has_range else 1.5
     solved = [case for case in cases if case.change.places]
     if not solved:
         return _not_computed(cases[0].reason if cases else "left out of the settings")

@@ -38,7 +38,13 @@ class AdhesionLaw(NamedTuple):
     synonyms: tuple[str, ...] = ()  # understood as input
     length: str = ""  # meaning of its length, in nm; empty without range
     largest_cell: float = math.inf  # of `adhesive`, over E* length²/w
+    refused_cell: float = 1.0  # from which on cells are refused, over the largest
     has_edge: bool = False  # the traction of `adhesive` ends abruptly, and is extrapolated in the width of its edge
+    rival: str = EXPONENTIAL  # the law of `adhesive` for cells that do not resolve this one
+    takes_liquid: bool = False  # attracts beyond menisci, too
+    adheres: bool = True
+    has_closest_approach: bool = False  # its length is the closest approach, and not the range
+    has_hamaker_tail: bool = False  # at large gaps it attracts as Hamaker's constant states, and is cut off there
 
     @property
     def has_range(self) -> bool:
@@ -48,7 +54,9 @@ class AdhesionLaw(NamedTuple):
 
 #: All laws by name. The largest cell is as stiff as the steepest slope of the traction: larger ones let the edge of a
 #: contact jump from cell to cell, which overestimates the pull-off (on the glass twin by 4 to 7 times at cells of 3.7,
-#: by some per cent at 0.9 and 0.5). That of an edge leaves part of the constant tension beside the wider edge.
+#: by some per cent at 0.9 and 0.5). That of an edge leaves part of the constant tension beside the wider edge. Of the
+#: exponential law, which mesh="auto" refines, cells are refused at which pull-offs would be many times too large, and
+#: Newton's method hardly converges.
 ADHESION_LAWS = {
     AUTO: AdhesionLaw("chosen by Tabor's parameter", ("adhesive", "fit_curve")),
     EXPONENTIAL: AdhesionLaw(
@@ -56,6 +64,9 @@ ADHESION_LAWS = {
         ("adhesive", "rigid"),
         length="ρ, the gap over which the traction falls by a factor of e",
         largest_cell=1.0,
+        refused_cell=20.0,
+        rival=JKR,
+        takes_liquid=True,
     ),
     JKR: AdhesionLaw(
         "the limit of zero range, by Griffith, or Johnson, Kendall and Roberts",
@@ -77,12 +88,14 @@ ADHESION_LAWS = {
         ("lj", "9_3"),
         length="z₀ of the potential, where the bodies touch",
         largest_cell=1 / 16,
+        has_hamaker_tail=True,
     ),
     HAMAKER: AdhesionLaw(
         "van der Waals attraction beyond a closest approach",
         ("rigid",),
         ("van_der_waals", "vdw"),
         length="the closest approach z₀",
+        has_closest_approach=True,
     ),
     DMT: AdhesionLaw(
         "the limit of long range, by Derjaguin, Muller and Toporov",
@@ -90,7 +103,7 @@ ADHESION_LAWS = {
         ("derjaguin_muller_toporov",),
         length="z₀, for Tabor's parameter only",
     ),
-    HERTZ: AdhesionLaw("no adhesion", ("superpose",)),
+    HERTZ: AdhesionLaw("no adhesion", ("superpose",), adheres=False),
 }
 
 _NAMES = {synonym: name for name, row in ADHESION_LAWS.items() for synonym in (name, *row.synonyms)}

@@ -11,7 +11,7 @@ from ...bodies.pair_record import DEFAULT_RANGE
 from ...kernels.adhesion import potentials
 from ...specimen import Specimen
 from ...vocabulary import schema
-from ...vocabulary.adhesion_laws import HAMAKER
+from ...vocabulary.adhesion_laws import ADHESION_LAWS
 from ...vocabulary.refusal import Refusal
 from ..problem import Problem
 
@@ -39,7 +39,7 @@ def read_options(specimen: Specimen, law: str) -> Options:
     menisci = pair.menisci
     if not w > 0 and menisci is None:
         raise Refusal("work_of_adhesion", "more than 0 J/m² for bodies that attract", f"{w:g}")
-    length = pair.closest_approach if law == HAMAKER else pair.range_of(law)
+    length = pair.closest_approach if ADHESION_LAWS[law].has_closest_approach else pair.range_of(law)
     potential = potentials.potential(law, w, length if w > 0 else DEFAULT_RANGE, pair.retardation)
     if menisci is not None:
         potential = potentials.with_liquid(potential, menisci.height, menisci.capillary_pressure, menisci.share)

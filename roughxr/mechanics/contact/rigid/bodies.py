@@ -10,7 +10,7 @@ from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
 from ...specimen import Specimen, need_wide_scan, specimen_of
 from ...vocabulary import schema
-from ...vocabulary.adhesion_laws import HAMAKER, read_law
+from ...vocabulary.adhesion_laws import ADHESION_LAWS, HAMAKER, read_law
 from ...vocabulary.text import warn
 from ...vocabulary.units import Places, Quantities, whole_number
 from ..mesh import UnresolvedContact
@@ -122,7 +122,7 @@ def rigid(
         reach=window_half_width(specimen, problem),
         fields=fields,
     )
-    length = {"closest_approach" if law == HAMAKER else "adhesion_range": options.law.length}
+    length = {"closest_approach" if ADHESION_LAWS[law].has_closest_approach else "adhesion_range": options.law.length}
     out.attrs = {"datum": datum, "method": "rigid", "law": law, "mesh": mesh, **length}
     out.attrs["missing"] = "NaN where the bodies cannot come so close"
     arguments = {"delta": problem.steps, "subregions": subregions, "datum": datum, "law": law, "mesh": mesh}
