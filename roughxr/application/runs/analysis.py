@@ -113,8 +113,8 @@ def run(
     >>> from pathlib import Path
     >>> import roughxr
     >>> import contextlib, io, tempfile
-    >>> from roughxr.scans.synthetic import self_affine
-    >>> scan = self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> from roughxr.scans import synthetic
+    >>> scan = synthetic.self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
     >>> scan = scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
     >>> with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as printed:
     ...     groups = roughxr.run(scan, Path(folder) / "roughxr.run.nc", subregions=(2, 1), delta=[1.0, 2.0])

@@ -108,8 +108,8 @@ def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") ->
     --------
     >>> import roughxr
     >>> import tempfile
-    >>> from roughxr.scans.synthetic import self_affine
-    >>> scan = self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1)
+    >>> from roughxr.scans import synthetic
+    >>> scan = synthetic.self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1)
     >>> roughxr.scans.to_file(scan, tempfile.mkdtemp() + "/scan.gsf").name
     'scan.gsf'
     """

@@ -159,8 +159,8 @@ def placements(
     Examples
     --------
     >>> import roughxr
-    >>> from roughxr.scans.synthetic import self_affine
-    >>> rough = self_affine((64, 64), 10, rms=1, hurst=0.8, rolloff=200, seed=1)
+    >>> from roughxr.scans import synthetic
+    >>> rough = synthetic.self_affine((64, 64), 10, rms=1, hurst=0.8, rolloff=200, seed=1)
     >>> placed = rough.contact.placements(sphere_radius=3000, count=3)
     >>> dict(placed.indenter_height.sizes), round(float(placed.indenter_x[0]))
     ({'placement': 3, 'indenter_x': 31, 'indenter_y': 31}, -150)

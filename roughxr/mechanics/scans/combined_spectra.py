@@ -52,9 +52,9 @@ def combined_spectrum(
     Examples
     --------
     >>> import roughxr
-    >>> from roughxr.scans.synthetic import self_affine
+    >>> from roughxr.scans import synthetic
     >>> make = {"rms": 1.5, "hurst": 0.8, "rolloff": 400}
-    >>> spectrum = roughxr.scans.combined_spectrum([self_affine((64, 64), step, seed=1, **make) for step in (5, 20)])
+    >>> spectrum = roughxr.scans.combined_spectrum([synthetic.self_affine((64, 64), step, seed=1, **make) for step in (5, 20)])
     >>> bool(spectrum.wavevector.min() < 0.02 and spectrum.wavevector.max() > 0.2), int(spectrum.psd_scans.max())
     (True, 2)
     """

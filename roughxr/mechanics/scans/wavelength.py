@@ -39,8 +39,8 @@ def spectral_measures(heights: np.ndarray, steps: tuple[float, float]) -> Spectr
 
     Examples
     --------
-    >>> from roughxr.scans.synthetic import self_affine
-    >>> scan = self_affine((256, 256), 10, rms=1.5, hurst=0.8, rolloff=300, cutoff=60, seed=1)
+    >>> from roughxr.scans import synthetic
+    >>> scan = synthetic.self_affine((256, 256), 10, rms=1.5, hurst=0.8, rolloff=300, cutoff=60, seed=1)
     >>> 58 < spectral_measures(scan.height.values, (10.0, 10.0)).shortest < 63
     True
     """
