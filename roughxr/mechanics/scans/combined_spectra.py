@@ -54,7 +54,8 @@ def combined_spectrum(
     >>> import roughxr
     >>> from roughxr.scans import synthetic
     >>> make = {"rms": 1.5, "hurst": 0.8, "rolloff": 400}
-    >>> spectrum = roughxr.scans.combined_spectrum([synthetic.self_affine((64, 64), step, seed=1, **make) for step in (5, 20)])
+    >>> made = [synthetic.self_affine((64, 64), step, seed=1, **make) for step in (5, 20)]
+    >>> spectrum = roughxr.scans.combined_spectrum(made)
     >>> bool(spectrum.wavevector.min() < 0.02 and spectrum.wavevector.max() > 0.2), int(spectrum.psd_scans.max())
     (True, 2)
     """

@@ -66,7 +66,8 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     --------
     >>> import roughxr
     >>> from roughxr.scans import synthetic
-    >>> fitted = roughxr.scans.self_affine_fit(synthetic.self_affine((256, 256), 10, rms=1.5, hurst=0.7, rolloff=300, seed=1))
+    >>> made = synthetic.self_affine((256, 256), 10, rms=1.5, hurst=0.7, rolloff=300, seed=1)
+    >>> fitted = roughxr.scans.self_affine_fit(made)
     >>> abs(float(fitted.hurst_exponent) - 0.7) < 0.1
     True
     """
