@@ -291,10 +291,26 @@ def write_chiaro(path, branches):
 def write_asylum(path, branches):
     """Write a cycle as an Igor wave of version 5 of three columns, Raw, Defl, ZSnsr in m, without a turning point."""
     piezo, force = (np.concatenate(parts) for parts in zip(*branches))
-    columns = np.stack([piezo, force / STIFFNESS, piezo]).astype("<f4") * np.float32(1e-9)
-    note = "\r".join(f"{key}:{value}" for key, value in _NOTE.items()).encode()
-    labels = b"".join(name.encode().ljust(32, b"\0") for name in ("", "Raw", "Defl", "ZSnsr"))
-    wave = _wave_header(piezo.size, 3)
+    _write_wave(path, np.stack([piezo, force / STIFFNESS, piezo]) * 1e-9, _NOTE, ("", "Raw", "Defl", "ZSnsr"))
+
+
+def write_asylum_pair(folder, name, branches, place=(0.0, 0.0)):
+    """Write a cycle with a pause as Asylum's maps: waves of deflection and sensor, turning points in their notes."""
+    piezo, force = (np.concatenate([there, np.full(50, there[-1]), back]) for there, back in zip(*branches))
+    turns = np.cumsum([0, branches[0][0].size - 1, 50, branches[1][0].size])
+    note = _NOTE | {"Indexes": ",".join(map(str, turns)) + ",", "Direction": "NaN,1,0,-1,"}
+    note |= {f"{axis}LVDT": value * 1e-9 for axis, value in zip("XY", place)}
+    for end, values in (("Defl", force / STIFFNESS), ("ZSnsr", piezo)):
+        _write_wave(folder / f"{name}{end}.ibw", values[None] * 1e-9, note)
+    return folder / f"{name}Defl.ibw"
+
+
+def _write_wave(path, columns, note, labels=()):
+    """Write columns as an Igor wave of version 5, of one dimension without labels."""
+    columns = columns.astype("<f4")
+    note = "\r".join(f"{key}:{value}" for key, value in note.items()).encode()
+    labels = b"".join(name.encode().ljust(32, b"\0") for name in labels)
+    wave = _wave_header(columns.shape[1], columns.shape[0] if labels else 0)
     sizes = struct.pack("<15i", len(wave) + columns.nbytes, 0, len(note), 0, 0, 0, 0, 0, 0, len(labels), *[0] * 5)
     head = struct.pack("<hh", 5, 0) + sizes[:60]
     checksum = -int(np.frombuffer(head + wave, "<i2").sum(dtype=np.int64)) & 0xFFFF
@@ -311,7 +327,7 @@ _NOTE |= {"Date": "2018-08-01", "Time": "13:06:09"}
 def _wave_header(rows, columns):
     """Return the 320 bytes of an Igor wave's header of version 5."""
     head = bytearray(320)
-    struct.pack_into("<IIi", head, 4, 0, 0, rows * columns)  # dates, samples
+    struct.pack_into("<IIi", head, 4, 0, 0, rows * max(columns, 1))  # dates, samples
     struct.pack_into("<h", head, 16, 2)  # single precision
     head[28:32] = b"wave"
     struct.pack_into("<4i", head, 68, rows, columns, 0, 0)

@@ -278,6 +278,29 @@ def test_a_wave_needs_no_notes_but_its_stiffness(tmp_path, monkeypatch):
     np.testing.assert_array_equal(with_stiffness.pull_off_force, whole.pull_off_force)
 
 
+def test_two_waves_are_a_curve(tmp_path):
+    """Each of a map's curves is two files; a list of all of them has each curve once, at its place."""
+    rng = np.random.default_rng(5)
+    places = [(0.0, 0.0), (500.0, 250.0)]
+    cycles = [made.cycle(rng) for _ in places]
+    waves = [
+        made.write_asylum_pair(tmp_path, f"Line0000Point000{number}", cycle, place)
+        for number, (cycle, place) in enumerate(zip(cycles, places))
+    ]
+    together = roughxr.open_pull_off(sorted(tmp_path.glob("*.ibw")))
+    assert together.file.values.tolist() == [path.name for path in waves]
+    np.testing.assert_allclose(np.c_[together.subregion_x, together.subregion_y], places)
+    for number, cycle in enumerate(cycles):
+        made.write_asylum(tmp_path / "one.ibw", cycle)
+        alone = roughxr.open_pull_off(tmp_path / "one.ibw")
+        np.testing.assert_allclose(together.pull_off_force[number], alone.pull_off_force[0], rtol=1e-3)
+    curve = roughxr.measured.open_curves(tmp_path / "Line0000Point0001ZSnsr.ibw")
+    assert curve.sizes["sample"] == cycles[0][0][0].size  # without the pause
+    waves[0].unlink()
+    with pytest.raises(UnreadableScan, match=r"found no Line0000Point0000Defl\.ibw"):
+        roughxr.open_pull_off(tmp_path / "Line0000Point0000ZSnsr.ibw")
+
+
 @pytest.mark.parametrize("write", [made.write_chiaro, made.write_workshop])
 def test_texts_in_an_archive_are_its_curves(tmp_path, write):
     rng = np.random.default_rng(3)

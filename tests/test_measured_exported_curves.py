@@ -161,11 +161,13 @@ def test_real_curves_have_the_pull_that_was_read_by_hand(name):
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="real force curves are not part of the repository")
-def test_the_pull_of_a_real_curve_with_interference_is_its_jump():
-    """0.04 nN, 2.5 standard deviations of the noise, in one jump at the end of the contact; the waves are as high."""
-    measured = roughxr.open_pull_off(SHARED / "nanoscope_text.txt")
-    force = float(measured.pull_off_force[0])
-    assert 0.03 < force < 0.06 and force - 2 * float(measured.pull_off_standard_error[0]) < 0.04
+@pytest.mark.parametrize(
+    ("name", "jump", "largest"), [("nanoscope_text.txt", 0.047, 0.29), ("nanoscope_curve.spm", 0.37, 0.9)]
+)
+def test_a_real_jump_no_higher_than_waves_and_slips_is_a_limit(name, jump, largest):
+    """By hand no pull exceeds the waves of 0.04 nN, or the drift of 0.9 nN with a slip of 0.19 nN in contact."""
+    measured = roughxr.open_pull_off(SHARED / name)
+    assert np.isnan(measured.pull_off_force[0]) and jump < float(measured.pull_off_at_most[0]) < largest
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="real force curves are not part of the repository")

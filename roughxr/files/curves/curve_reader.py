@@ -46,6 +46,11 @@ _JPK_DEFLECTION = "channel.vDeflection.conversion-set.conversion."
 #: Names of an Asylum wave's columns.
 _ASYLUM = {"height (measured)": ("ZSnsr", "ZSensor", "LVDT"), "height (piezo)": ("Raw", "Height")}
 
+#: Ends of the names of two Asylum waves that are one curve; values of its note: the calibration, and the place.
+_ASYLUM_PAIR = ("Defl", "ZSnsr")
+_ASYLUM_VALUES = {"spring constant": "SpringConstant", "sensitivity": "InvOLS"}
+_ASYLUM_VALUES |= {f"position {axis.lower()}": f"{axis}LVDT" for axis in "XY"}
+
 
 def read(
     path: str, kind: str, known: dict[str, float], texts: dict[str, bytes], first: int = 0, last: int | None = None
@@ -224,21 +229,48 @@ def _number(text: str) -> Any:
 
 
 def _asylum(path: str, known: dict[str, float]) -> dict[str, Any]:
-    """Return the curve in an Igor wave of Asylum's."""
+    """Return the curve in an Igor wave of Asylum's, or in two."""
     from afmformats import errors
+
+    values, notes = _asylum_columns(path)
+    header = {name: float(notes[key]) for name, key in _ASYLUM_VALUES.items() if notes.get(key, "").strip()} | known
+    if "spring constant" not in header:
+        raise errors.MissingMetaDataError(["spring constant"])
+    data = {column: -values[name] for column, names in _ASYLUM.items() for name in names if name in values}
+    bent = next((values[name] for name in ("Defl", "Deflection") if name in values), None)
+    if bent is not None:
+        data |= {"force": bent * header["spring constant"], **_asylum_segments(notes, bent.size)}
+    return {"metadata": header, "data": data}
+
+
+def _asylum_columns(path: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Return the columns of an Igor wave by their names, or those of two waves of one each; and the note."""
     from igor2 import binarywave
 
     wave = binarywave.load(path)["wave"]
     notes = dict(line.split(":", 1) for line in wave["note"].decode("latin-1").split("\r") if ":" in line)
-    keys = {"spring constant": "SpringConstant", "sensitivity": "InvOLS"}
-    header = {name: float(notes[key]) for name, key in keys.items() if notes.get(key, "").strip()} | known
-    if "spring constant" not in header:
-        raise errors.MissingMetaDataError(["spring constant"])
-    labels = [label.decode("latin-1") for label in wave["labels"][1]][1:]
-    values = dict(zip(labels, wave["wData"].T.astype(float)))
-    data = {column: -values[name] for column, names in _ASYLUM.items() for name in names if name in values}
-    bent = next((values[name] for name in ("Defl", "Deflection") if name in values), None)
-    return {"metadata": header, "data": data if bent is None else {**data, "force": bent * header["spring constant"]}}
+    if wave["wData"].ndim > 1:
+        labels = [label.decode("latin-1") for label in wave["labels"][1]][1:]
+        return dict(zip(labels, wave["wData"].T.astype(float))), notes
+    file = Path(path)
+    own = next(name for name in _ASYLUM_PAIR if file.stem.endswith(name))
+    values = {}
+    for name in _ASYLUM_PAIR:
+        member = file.with_stem(file.stem.removesuffix(own) + name)
+        if not member.is_file():
+            raise ValueError(f"expected waves of deflection and sensor in one folder, found no {member.name}")
+        values[name] = binarywave.load(member)["wave"]["wData"].astype(float)
+    return values, notes
+
+
+def _asylum_segments(notes: dict[str, str], size: int) -> dict[str, np.ndarray]:
+    """Return the segment of each sample between the turning points of a note, and whether it is a pause."""
+    turns = [int(number) for number in re.findall(r"\d+", notes.get("Indexes", ""))]
+    directions = re.findall(r"[-\w]+", notes.get("Direction", ""))
+    if len(turns) < 2 or len(directions) != len(turns):
+        return {}
+    segment = np.searchsorted(turns[1:-1], np.arange(size))  # a turning point is the last sample before it
+    return {"segment": segment, "paused": np.array(directions[1:])[segment] == "0"}
 
 
 def stated_values(metadata: Any) -> dict[str, float]:

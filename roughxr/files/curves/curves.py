@@ -33,7 +33,8 @@ def open_curves(
     ----------
     path : str or path
         A microscope's file of a curve or of a map of curves, in a format that afmformats knows (extra ``curves``: JPK,
-        Asylum, AFM Workshop, text of NT-MDT and Chiaro, afmformats' own); the content decides, not the extension.
+        Asylum, AFM Workshop, text of NT-MDT and Chiaro, afmformats' own); the content decides, not the extension. Of
+        a curve in two Asylum waves, ``…Defl.ibw`` and ``…ZSnsr.ibw`` in one folder, either.
         Or a table of one curve: columns ``piezo`` and ``force`` or ``deflection``, with their units in brackets, one
         row for each sample; ``piezo`` grows towards the surface. Approach and holds are left out.
     units, piezo_units : str, optional

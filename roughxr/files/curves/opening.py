@@ -19,6 +19,7 @@ from ...mechanics.vocabulary.text import warn
 from ...mechanics.vocabulary.units import Quantities, Quantity, factor
 from ..images import recognition as files
 from ..images.channel import Channel, UnreadableScan, channels_in_direction, channels_named, first_bytes, listing
+from ..images.force_curve_formats import without_second_waves
 from ..images.plain import decoded, gwyddion_header
 from .curve_files import calibration, curve_kind, open_curve_file, read_curves
 from .curves import read_curve_table
@@ -109,14 +110,15 @@ def open_pull_off(
     """
     calibration = Calibration(units, sensitivity, spring_constant, pulls)
     image = _Selection(channel, scan_direction, size)
-    paths = [path] if isinstance(path, (str, os.PathLike)) else list(path)
-    datasets = [_read_file(files.regular_file(file), image, place_units, calibration, baseline) for file in paths]
+    given = [path] if isinstance(path, (str, os.PathLike)) else path
+    paths = without_second_waves([files.regular_file(file) for file in given])
+    datasets = [_read_file(file, image, place_units, calibration, baseline) for file in paths]
     ds = _concatenated(paths, datasets)
     options = {**image._asdict(), **calibration._asdict(), "place_units": place_units, "baseline": baseline}
     return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **options)
 
 
-def _concatenated(paths: Sequence[Any], datasets: Sequence[xr.Dataset]) -> xr.Dataset:
+def _concatenated(paths: Sequence[Path], datasets: Sequence[xr.Dataset]) -> xr.Dataset:
     """Return the pull-offs of several files along one ``subregion``."""
     if len(datasets) == 1:
         return datasets[0]
@@ -125,9 +127,7 @@ def _concatenated(paths: Sequence[Any], datasets: Sequence[xr.Dataset]) -> xr.Da
         raise Refusal("path", "files of one kind", ", ".join(kinds) or "no file")
     common = set.intersection(*(set(map(str, ds.variables)) for ds in datasets))
     named = [
-        ds.drop_vars(set(ds.variables) - common).assign_coords(
-            file=("subregion", [Path(path).name] * ds.sizes["subregion"])
-        )
+        ds.drop_vars(set(ds.variables) - common).assign_coords(file=("subregion", [path.name] * ds.sizes["subregion"]))
         for path, ds in zip(paths, datasets)
     ]
     parts = [ds.drop_vars("subregion", errors="ignore") for ds in named]
@@ -135,7 +135,7 @@ def _concatenated(paths: Sequence[Any], datasets: Sequence[xr.Dataset]) -> xr.Da
     out = xr.concat(parts, "subregion", combine_attrs="drop_conflicts", **how)
     out = out.assign_coords(subregion=range(out.sizes["subregion"]))
     hashes = "".join(ds.attrs["source_sha256"] for ds in datasets)
-    out.attrs["source_file"] = f"{Path(paths[0]).name} and {len(paths) - 1} more"
+    out.attrs["source_file"] = f"{paths[0].name} and {len(paths) - 1} more"
     out.attrs["source_sha256"] = hashlib.sha256(hashes.encode()).hexdigest()
     return out
 

@@ -23,6 +23,9 @@ TEXTS = {
 #: Columns that NanoScope Analysis exports without a header.
 _NANOSCOPE_COLUMNS = b"Calc_Ramp_Ex_"
 
+#: Ends of the names of two Igor waves that are one curve of Asylum's: deflection, and sensor of the piezo.
+PAIR = ("Defl", "ZSnsr")
+
 #: First bytes of a zip file.
 ZIP = b"PK\x03\x04"
 
@@ -41,10 +44,18 @@ def curve_format(path: Path) -> str:
         return "jpk" if "header.properties" in names and any("segments/" in name for name in names) else ""
     if is_igor(head):  # images have a third dimension, of channels
         samples, columns, layers, _ = struct.unpack("<4i" if head[0] else ">4i", head[132:148])
-        return "igor" if samples > columns > 1 and layers == 0 else ""
+        is_one_of_two = columns == 0 and path.stem.endswith(PAIR)
+        return "igor" if is_one_of_two or (samples > columns > 1 and layers == 0) else ""
     if _NANOSCOPE_COLUMNS in head:
         return "nanoscope text"
     return next((name for name, words in TEXTS.items() if words in head), "")
+
+
+def without_second_waves(paths: list[Path]) -> list[Path]:
+    """Return files without the sensors' waves of curves whose deflections are among them."""
+    deflection, sensor = PAIR
+    curves = {path.with_stem(path.stem.removesuffix(deflection) + sensor) for path in paths if path.stem.endswith(PAIR)}
+    return [path for path in paths if not path.stem.endswith(sensor) or path not in curves]
 
 
 def refuse_curves(path: Path) -> None:
