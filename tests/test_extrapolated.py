@@ -8,7 +8,9 @@ import xarray as xr
 
 import roughxr
 from roughxr import figures, report
+from roughxr.application.cli import main
 from roughxr.application.report.summary import best_estimate_notes
+from roughxr.application.runs import analysis, parts
 from roughxr.mechanics.scans import synthetic
 from roughxr.mechanics.studies import extrapolation
 from roughxr.mechanics.studies.assumptions import CHANGES, noise_limit, range_deviation
@@ -43,7 +45,7 @@ def image(surface, pixels, tip=8.0):
 
 def on_cells_of_2_nm(surface, **options):
     """Solve surfaces with pixels of 2 and 8 nm on equal cells, without refinement."""
-    return roughxr.adhesive(surface, mesh=round(roughxr.schema.pixel(surface)[0] / 2), **options)
+    return roughxr.adhesive(surface, **{"mesh": round(roughxr.schema.pixel(surface)[0] / 2)} | options)
 
 
 @pytest.fixture(scope="module")
@@ -197,13 +199,76 @@ def test_the_promised_interval_is_that_with_the_second_scan_at_the_default_end(s
     assert promised_std == pytest.approx(float(with_second.relative_std.sel(entry=UNSEEN)), rel=0.1)
 
 
+def noisy(surface, noise):
+    return surface.assign(height=surface.height + np.random.default_rng(1).normal(0, noise, surface.height.shape))
+
+
+@pytest.mark.filterwarnings("ignore::roughxr.scans.ImplausibleScan")
+def test_a_worse_scan_is_never_narrower(true_surface, fine, monkeypatch):
+    monkeypatch.setattr(extrapolation, "second_scan_ratio", lambda *arguments: (np.log(0.7), 0.1))
+
+    def widths(surface):
+        paired = surface.contact.assign_pair(**PAIR)
+        solved = on_cells_of_2_nm(paired, subregions=(4, 4))
+        alone, with_second = (real_pull_off(paired, solved, None, finer=second) for second in (None, fine))
+        return np.array([width(alone), width(alone, "roughness"), width(with_second, "roughness")])
+
+    usual = widths(image(true_surface, 4))
+    worse = {
+        "blunter tip": image(true_surface, 4, tip=12.0),
+        "larger pixels": image(true_surface, 8),
+        "more noise": noisy(image(true_surface, 4), 0.2),
+    }
+    for name, surface in worse.items():
+        assert (widths(surface) >= usual * (1 - 1e-9)).all(), name
+
+
+@pytest.mark.filterwarnings("ignore::roughxr.scans.ImplausibleScan")
+def test_a_worse_second_scan_is_never_narrower(true_surface, scan, scanned, fine, monkeypatch):
+    monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_2_nm)
+
+    def widths(surface):
+        estimate = real_pull_off(scan, scanned, None, finer=surface.isel(x=surface.x < 320, y=surface.y < 320))
+        return np.array([width(estimate), width(estimate, "roughness")])
+
+    usual = widths(fine)
+    worse = {
+        "blunter tip": image(true_surface, 1, tip=12.0),
+        "larger pixels": image(true_surface, 2, tip=5.0),
+        "more noise": noisy(fine, 0.2),
+    }
+    for name, surface in worse.items():
+        assert (widths(surface) >= usual * (1 - 1e-9)).all(), name
+
+
+def test_a_second_scan_by_the_shell_is_as_wide_as_promised(scan, fine, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_2_nm)
+    monkeypatch.setattr(extrapolation, "_SECOND_PLACES", (2, 1))
+    needed = ("asperities", "adhesive", "extrapolated")
+    monkeypatch.setattr(analysis, "PARTS", [part for part in parts.PARTS if part.name in needed])
+    scan.drop_vars(set(scan.coords) - {"x", "y"}).to_netcdf(tmp_path / "scan.nc")
+    fine.to_netcdf(tmp_path / "fine.nc")
+    command = ["run", str(tmp_path / "scan.nc"), "--sphere-radius", "300", "--materials", "glass", "-q"]
+    command += ["--subregions", "3", "3", "--mesh", "2", "--budget", "0"]  # for speed: the scan's errors stay the same
+    estimates = []
+    for number, finer in enumerate(([], ["--finer", str(tmp_path / "fine.nc")])):
+        file = tmp_path / f"run{number}.nc"
+        assert main([*command, *finer, "-o", str(file)]) == 0
+        estimates.append(roughxr.archive.load(file)["statistics/extrapolated"])
+    alone, with_second = estimates
+    assert alone.attrs["narrowing_source"] == UNSEEN
+    assert width(with_second) == pytest.approx(width(alone, "narrowed"), rel=0.1)
+    low, high = (f"{float(with_second[f'pull_off_{end}']):.2g}" for end in ("low", "high"))
+    assert f"(95 % interval {low} … {high} nN" in capsys.readouterr().out
+
+
 def test_noise_of_a_second_scan_is_cut_off_and_an_entry(true_surface, scan, scanned, truth, fine, monkeypatch):
     monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_2_nm)
-    noisy = fine.assign(height=fine.height + np.random.default_rng(1).normal(0, 0.2, fine.height.shape))
-    quiet, loud = (second_scan(scan, surface) for surface in (fine, noisy))
+    rougher = noisy(fine, 0.2)
+    quiet, loud = (second_scan(scan, surface) for surface in (fine, rougher))
     assert quiet.shown_wavelength < loud.shown_wavelength < 16
     assert float((loud.finer.height - quiet.finer.height).std()) < 0.7 * 0.2
-    estimates = [real_pull_off(scan, scanned, None, finer=surface, shortest=6) for surface in (fine, noisy)]
+    estimates = [real_pull_off(scan, scanned, None, finer=surface, shortest=6) for surface in (fine, rougher)]
     true_mean = float(truth.pull_off_force.mean())
     assert abs(np.log(float(estimates[1].pull_off_mean) / true_mean)) < 0.45
     assert width(estimates[1]) >= width(estimates[0])
@@ -227,6 +292,18 @@ def test_a_second_scan_that_differs_from_the_first_is_doubted_with_figures(grain
         second_scan(first, fine)
     with pytest.warns(ImplausibleScan, match=f"{doubt} .* instead of .* to "):
         second_scan(first, change(fine))
+
+
+def test_a_slightly_skewed_second_scan_upside_down_is_doubted():
+    made = synthetic.self_affine((320, 320), 2, rms=1.5, hurst=0.8, rolloff=60, cutoff=12, seed=2)
+    bumps = roughxr.level(made.assign(height=made.height + 0.1 * made.height**2))
+    first = image(bumps, 4).contact.assign_pair(**PAIR)
+    fine = image(bumps, 1, tip=5.0).isel(x=slice(120), y=slice(120))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ImplausibleScan)
+        second_scan(first, fine)
+    with pytest.warns(ImplausibleScan, match="skewness of heights −0.8.* instead of 0.4.* to 0.8"):
+        second_scan(first, fine.assign(height=-fine.height))
 
 
 def test_a_tilted_second_scan_is_levelled(scan, fine):

@@ -1,6 +1,6 @@
 """Best estimates from coarse images of measured surfaces, against the surfaces themselves.
 
-    python tests/benchmarks/real_below_the_pixel.py [--cache FILE] [--maps FOLDER] [--surfaces NAME …] [--varied]
+    python tests/benchmarks/real_below_the_pixel.py [--cache FILE] [--maps FOLDER] [--surfaces NAME …] [--varied CASE …]
 
 The maps are listed in ``measured_surfaces.json`` with their sources; those that FOLDER lacks are downloaded there.
 Each is cropped, scaled alike in all directions (its scale is printed; 1 is native), levelled, and cut off at a few
@@ -38,7 +38,7 @@ import roughxr
 from roughxr.mechanics.studies import extrapolation
 from roughxr.mechanics.studies.finer_scan import second_scan
 from roughxr.mechanics.vocabulary.error_sources import SECOND_SCAN_PIXEL
-from roughxr.scans import UnreadableScan
+from roughxr.scans import ImplausibleScan, UnreadableScan
 
 MAPS = Path(__file__).parents[3] / "shared" / "scans"
 LIST = Path(__file__).with_name("measured_surfaces.json")
@@ -58,14 +58,14 @@ SELF_AFFINE = {
 SIDE = 256  # pixels of a self-affine surface
 END_PIXELS = 3
 
-#: Pixels of the truth in one of an image, of the pixel series, and of an image with a second scan.
+#: Pixels of the truth in one of an image, and of an image with a second scan.
 PIXELS = (4, 8, 16)
-SERIES = (2, 4)
 WITH_SECOND = (8, 4)
 
 TIP = 8.0  # nm
 NOISE = 0.05  # nm
 SECOND_NOISE = (0.05, 0.2)  # nm
+DOOR_NOISE = (0.05, 0.1, 0.2)  # nm
 CORNER_PIXELS = 160
 CORNER_TIP = 5.0  # nm
 GRID = (3, 3)
@@ -94,12 +94,22 @@ def surfaces(folder=MAPS):
 
 
 def obtained(how):
-    """Return whether a map is in its folder; download it if not."""
+    """Return whether the map of the list is in its folder; download it if not, and print why it cannot be used."""
     path = how["file"]
-    if not path.exists() and how["path"]:
+    source = f"https://raw.githubusercontent.com/{how['repository']}/{how['commit']}/{how['path']}"
+    if not path.exists():
+        try:
+            with urllib.request.urlopen(source, timeout=60) as answer:
+                contents = answer.read()
+        except OSError as reason:
+            print(f"{path.name}: left out: {source}: {reason}")
+            return False
         path.parent.mkdir(parents=True, exist_ok=True)
-        urllib.request.urlretrieve(f"https://raw.githubusercontent.com/{how['repository']}/HEAD/{how['path']}", path)
-    return path.exists() and hashlib.sha256(path.read_bytes()).hexdigest() == how["sha256"]
+        path.write_bytes(contents)
+    is_same = hashlib.sha256(path.read_bytes()).hexdigest() == how["sha256"]
+    if not is_same:
+        print(f"{path.name}: left out: not the file of the list")
+    return is_same
 
 
 def heights_and_pixel(how):
@@ -149,7 +159,12 @@ def every(scan, pixels):
 
 def picture(surface, pixels, tip=TIP, noise=NOISE, *, seed=1):
     """Return a surface as a microscope shows it, on pixels of so many of its own."""
-    shown = every(roughxr.scans.dilate(surface, tip_radius=tip), pixels)
+    return sampled(roughxr.scans.dilate(surface, tip_radius=tip), pixels, noise, seed)
+
+
+def sampled(dilated, pixels, noise=NOISE, seed=1):
+    """Return what a tip touches on pixels of so many of its own, with noise."""
+    shown = every(dilated, pixels)
     return shown.assign(height=shown.height + np.random.default_rng(seed).normal(0, noise, shown.height.shape))
 
 
@@ -194,9 +209,29 @@ class SecondRow(NamedTuple):
     error: float  # ln(estimate / truth)
     below: float  # distances from the ends of the estimate's interval
     above: float
+
+
+class DoorRow(NamedTuple):
+    """An image of a surface with a second scan, before a pull-off is solved."""
+
+    pixels: int
+    noise: float  # nm
     width: float  # of the interval of the factor at the default end, in ln
     promised: float  # the same as promised before
     one_scan: float  # the same without the second scan
+    is_doubted: bool
+    is_doubted_inverted: bool
+
+
+def is_doubted(image, finer):
+    """Return whether a second scan is doubted or refused."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ImplausibleScan)
+        try:
+            second_scan(image, finer)
+        except (ImplausibleScan, ValueError):
+            return True
+    return False
 
 
 def simulated(scan, places, radius, materials):
@@ -216,7 +251,8 @@ class Surface:
         self.name = name
         self.surface, self.end = true_surface(how)
         self.pixel = float(self.surface.x[1] - self.surface.x[0])
-        self.places = roughxr.scans.regions.centres(picture(self.surface, 8), GRID)
+        self.dilated = roughxr.scans.dilate(self.surface, tip_radius=TIP)
+        self.places = roughxr.scans.regions.centres(sampled(self.dilated, 8), GRID)
         self.solved = solved
 
     def mean(self, key, scan, radius=RADIUS, materials="glass", places=None):
@@ -232,13 +268,17 @@ class Surface:
         truth = self.mean(f"{tag}/truth", lambda: self.surface, *how)
         out = []
         for pixels in PIXELS:
-            image = self.mean(f"{tag}/{pixels}", lambda k=pixels: picture(self.surface, k), *how)
+            image = self.mean(f"{tag}/{pixels}", lambda k=pixels: sampled(self.dilated, k), *how)
             coarser = np.nan
             if not case:
-                coarser = self.mean(f"/{pixels}/2", lambda k=pixels: every(picture(self.surface, k), 2), *how)
+                coarser = self.mean(f"/{pixels}/2", lambda k=pixels: every(sampled(self.dilated, k), 2), *how)
             octaves = extrapolation.unseen_octaves(2 * pixels * self.pixel, self.end)
             out.append(Row(pixels, octaves, float(np.log(truth / image)), float(np.log(image / coarser))))
         return out
+
+    def paired(self, pixels):
+        """Return an image with the pair."""
+        return sampled(self.dilated, pixels).contact.assign_pair(sphere_radius=RADIUS, materials="glass")
 
     def second_rows(self):
         """Return the images with a second scan."""
@@ -248,10 +288,9 @@ class Surface:
             finer = corner(self.surface, noise)
             places = roughxr.scans.regions.centres(finer, GRID)
             for pixels in WITH_SECOND if noise == NOISE else WITH_SECOND[:1]:
-                image = picture(self.surface, pixels)
-                paired = image.contact.assign_pair(sphere_radius=RADIUS, materials="glass")
+                image = sampled(self.dilated, pixels)
                 try:
-                    second = second_scan(paired, finer)
+                    second = second_scan(self.paired(pixels), finer)
                 except ValueError as reason:
                     print(f"{self.name}, every {pixels}th pixel, refused: {reason}")
                     continue
@@ -271,16 +310,29 @@ class Surface:
                 longest = 2 * pixels * self.pixel
                 with_second = extrapolation.second_scan_factor(ratio, longest, second.shown_wavelength, self.end)
                 ends = with_second.below, with_second.above
-                default = [longest, second.shown_wavelength, extrapolation._SHORTEST_WAVELENGTH]
-                widths = [
-                    end.below + end.above
-                    for end in (
-                        extrapolation.second_scan_factor(ratio, *default),
-                        extrapolation.second_scan_factor(0.0, longest, 2 * SECOND_SCAN_PIXEL, default[-1]),
-                        extrapolation.one_scan_factor(extrapolation.unseen_octaves(longest, default[-1])),
-                    )
-                ]
-                out.append(SecondRow(pixels, noise, ratio - log, with_second.log - log, *ends, *widths))
+                out.append(SecondRow(pixels, noise, ratio - log, with_second.log - log, *ends))
+        return out
+
+    def door_rows(self):
+        """Return the images with a second scan, before a pull-off is solved."""
+        out = []
+        end = extrapolation._SHORTEST_WAVELENGTH
+        for pixels, noise in itertools.product(WITH_SECOND, DOOR_NOISE):
+            image = self.paired(pixels)
+            finer = corner(self.surface, noise)
+            longest = 2 * pixels * self.pixel
+            try:
+                shown = second_scan(image, finer).shown_wavelength
+            except ValueError:
+                continue
+            factors = (
+                extrapolation.second_scan_factor(0.0, longest, shown, end),
+                extrapolation.second_scan_factor(0.0, longest, 2 * SECOND_SCAN_PIXEL, end),
+                extrapolation.one_scan_factor(extrapolation.unseen_octaves(longest, end)),
+            )
+            widths = [factor.below + factor.above for factor in factors]
+            doubts = [is_doubted(image, finer.assign(height=sign * finer.height)) for sign in (1, -1)]
+            out.append(DoorRow(pixels, noise, *widths, *doubts))
         return out
 
 
@@ -400,20 +452,35 @@ def print_one_scan(title, rows, training):
             print(f"{pixels:6d}  {way:28s}  {rms:9.2f}  {text}", flush=True)
 
 
+def by_conditions(rows):
+    """Return the rows of all surfaces by pixels and noise."""
+    out = {}
+    for row in itertools.chain(*rows.values()):
+        out.setdefault((row.pixels, row.noise), []).append(row)
+    return out
+
+
 def print_second_scan(rows):
     """Print the scores of the second scan."""
     print("\nSecond scan, with the shipped constants")
-    print(
-        "pixels  noise nm  surfaces  rms of ln(ratio)  rms of ln(estimate)  inside  as promised  below 0.8 × one scan"
-    )
-    for pixels, noise in {(row.pixels, row.noise): None for images in rows.values() for row in images}:
-        chosen = [row for images in rows.values() for row in images if (row.pixels, row.noise) == (pixels, noise)]
+    print("pixels  noise nm  surfaces  rms of ln(ratio)  rms of ln(estimate)  inside")
+    for (pixels, noise), chosen in by_conditions(rows).items():
         rms = [np.sqrt(np.mean([getattr(row, name) ** 2 for row in chosen])) for name in ("off", "error")]
         inside = sum(-row.above <= row.error <= row.below for row in chosen)
-        narrower = sum(row.width <= 0.8 * row.one_scan for row in chosen)
+        print(f"{pixels:6d}  {noise:8g}  {len(chosen):8d}  {rms[0]:16.2f}  {rms[1]:19.2f}  {inside:6d}")
+
+
+def print_door(rows):
+    """Print how many second scans keep the promised width, narrow the interval, and are doubted."""
+    print("\nSecond scan, before a pull-off is solved: interval at the default end, and doubts")
+    print("pixels  noise nm  surfaces  as promised  below 0.8 × one scan  doubted  doubted upside down")
+    for (pixels, noise), chosen in by_conditions(rows).items():
         promised = sum(abs(row.promised / row.width - 1) <= 0.1 for row in chosen)
-        errors = f"{rms[0]:16.2f}  {rms[1]:8.2f}"
-        print(f"{pixels:6d}  {noise:8g}  {len(chosen):8d}  {errors}  {inside:6d}  {promised:11d}  {narrower:6d}")
+        narrower = sum(row.width <= 0.8 * row.one_scan for row in chosen)
+        doubted = sum(row.is_doubted for row in chosen)
+        inverted = sum(row.is_doubted_inverted for row in chosen)
+        counts = f"{promised:11d}  {narrower:20d}  {doubted:7d}  {inverted:19d}"
+        print(f"{pixels:6d}  {noise:8g}  {len(chosen):8d}  {counts}", flush=True)
 
 
 def main():
@@ -422,36 +489,41 @@ def main():
     parser.add_argument("--surfaces", nargs="+", help="names of the list; default: all")
     parser.add_argument("--maps", type=Path, default=MAPS, help="folder of the maps")
     parser.add_argument("--cache", type=Path, help="a file of solved maps")
-    parser.add_argument("--varied", action="store_true", help="other radii and another pair, too")
+    parser.add_argument("--varied", nargs="*", choices=PAIRS, help="other radii and another pair, too; default: all")
     arguments = parser.parse_args()
     table = {name: how for name, how in surfaces(arguments.maps).items() if how["kind"] != "self-affine"}
     names = [name for name in arguments.surfaces or table if obtained(table[name])]
     solved = Solved(arguments.cache)
     rows = {}
+    scales = {}
     second = {}
-    varied = {case: {} for case in PAIRS}
+    door = {}
+    cases = [] if arguments.varied is None else arguments.varied or list(PAIRS)
+    varied = {case: {} for case in cases}
     print("map                        kind     scale  end nm  ln(truth / image) at every 4th, 8th, 16th pixel")
     for name in names:
         surface = Surface(name, table[name], solved)
         rows[name] = surface.rows()
         second[name] = surface.second_rows()
-        for case, (radius, materials) in PAIRS.items():
-            if arguments.varied and name in VARIED:
-                varied[case][name] = surface.rows(case, radius, materials)
+        door[name] = surface.door_rows()
+        for case in cases:
+            if name in VARIED:
+                varied[case][name] = surface.rows(case, *PAIRS[case])
         logs = "  ".join(f"{row.log:6.2f}" for row in rows[name])
-        scale = surface.surface.attrs["scale"]
-        print(f"{name:26s} {table[name]['kind']:7s}  {scale:.2g}  {surface.end:6.1f}  {logs}", flush=True)
+        scales[name] = surface.surface.attrs["scale"]
+        print(f"{name:26s} {table[name]['kind']:7s}  {scales[name]:.2g}  {surface.end:6.1f}  {logs}", flush=True)
     training = {name: images for name, images in rows.items() if table[name]["kind"] == "AFM"}
-    is_native = {name: table[name]["scale"] == 1 or name == "grains" for name in rows}
+    native = {name: images for name, images in training.items() if scales[name] == 1}
     optical = {name: images for name, images in rows.items() if name not in training}
     print_one_scan("all AFM maps", training, training)
-    print_one_scan("native AFM maps", {name: training[name] for name in training if is_native[name]}, training)
-    print_one_scan("shrunk AFM maps", {name: training[name] for name in training if not is_native[name]}, training)
+    print_one_scan("native AFM maps", native, training)
+    print_one_scan("shrunk AFM maps", {name: training[name] for name in training if name not in native}, training)
     print_one_scan("optical maps", optical, training)
     for case, images in varied.items():
         if images:
             print_varied(case, images, training)
     print_second_scan({name: second[name] for name in training})
+    print_door({name: door[name] for name in training})
     constants = ", ".join(
         f"{name} {value:.2f}" for name, value in fitted(itertools.chain(*training.values()))._asdict().items()
     )

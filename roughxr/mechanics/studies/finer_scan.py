@@ -25,12 +25,14 @@ _PHASES = (0.25, 0.75)
 #: Largest ratio of heights or slopes of the second scan to those of all parts of the first one as large.
 _LARGEST_RATIO = 2.0
 
-#: Ratios to the largest or least of all parts of the first scan from which a second scan is doubted. Of 240 second
-#: scans of one surface 1 in 10 is doubted, of 725 of another surface 19 in 20.
+#: Ratios to the largest or least of all parts of the first scan from which a second scan is doubted.
 _DOUBTFUL_RATIO = {"rms of heights": 1.5, "rms of slopes": 1.22, "rms of curvatures": 1.22, "tilt": 2.0}
 
-#: The same of a skewness, as a difference.
-_DOUBTFUL_SKEWNESS = 0.5
+#: Measures that change their sign with that of the heights.
+_SKEWNESSES = ("skewness of heights", "skewness of curvatures")
+
+#: Odds from which heights are doubted to be upside down.
+_DOUBTFUL_ODDS = 10.0
 
 
 class SecondScan(NamedTuple):
@@ -113,9 +115,13 @@ def _compare(ds: xr.Dataset, shown: xr.Dataset, raw: xr.Dataset) -> None:
         _measures(ds.isel(x=slice(i, i + sides[0]), y=slice(j, j + sides[1]))) for i in starts[0] for j in starts[1]
     ]
     second = _measures(shown) | {"tilt": _measures(raw)["tilt"]}
+    count = ds.sizes["x"] * ds.sizes["y"] / (sides[0] * sides[1])
+    is_upside_down = _upside_down_log_odds(parts, count, second, sides[0] * sides[1]) > np.log(_DOUBTFUL_ODDS)
     doubts = []
     for name, value in second.items():
-        low, high = (end(part[name] for part in parts) for end in (min, max))
+        values = [part[name] for part in parts]
+        low = min(values)
+        high = max(values)
         ratio = _DOUBTFUL_RATIO.get(name, 1.0)
         if name in ("rms of heights", "rms of slopes") and not low / _LARGEST_RATIO <= value <= high * _LARGEST_RATIO:
             raise Refusal(
@@ -124,8 +130,8 @@ def _compare(ds: xr.Dataset, shown: xr.Dataset, raw: xr.Dataset) -> None:
                 f"{_words(name, low)} to {_words(name, high)} at equal pixels",
                 _words(name, value),
             )
-        if name == "skewness of curvatures":
-            is_doubtful = not low - _DOUBTFUL_SKEWNESS <= value <= high + _DOUBTFUL_SKEWNESS
+        if name in _SKEWNESSES:
+            is_doubtful = is_upside_down and value * np.mean(values) < 0
         else:
             is_doubtful = value > high * ratio or (name != "tilt" and value < low / ratio)
         if is_doubtful:
@@ -138,9 +144,30 @@ def _compare(ds: xr.Dataset, shown: xr.Dataset, raw: xr.Dataset) -> None:
         )
 
 
+def _upside_down_log_odds(parts: list[dict[str, float]], count: float, second: dict[str, float], pixels: int) -> float:
+    """Return ln of the odds that a second scan is upside down, by Student's t of a count of independent parts."""
+    if count < 2:
+        return 0.0
+    log = 0.0
+    least = 6 / pixels  # variance of the skewness of as many normally distributed heights
+    for name in _SKEWNESSES:
+        values = [part[name] for part in parts]
+        mean = np.mean(values)
+        scale = max(float(np.var(values, ddof=1)), least) * (1 + 1 / count) * (count - 1)
+        upright, inverted = (np.log1p((sign * second[name] - mean) ** 2 / scale) for sign in (1, -1))
+        log += float(0.5 * count * (upright - inverted))
+    return log
+
+
 def _words(name: str, value: float) -> str:
     """Return a measure with its unit."""
     return number(value, {"rms of heights": "nm", "rms of curvatures": "1/nm"}.get(name, ""), 2)
+
+
+def _skewness(values: np.ndarray) -> float:
+    """Return the skewness of values."""
+    off_mean = values - values.mean()
+    return float(np.mean(off_mean**3) / np.mean(off_mean**2) ** 1.5)
 
 
 def _measures(scan: xr.Dataset) -> dict[str, float]:
@@ -149,12 +176,12 @@ def _measures(scan: xr.Dataset) -> dict[str, float]:
     heights = level(scan)["height"].values
     slopes = np.concatenate([np.diff(heights, axis=axis).ravel() / step for axis, step in enumerate(steps)])
     curvatures = np.concatenate([np.diff(heights, 2, axis=axis).ravel() / step**2 for axis, step in enumerate(steps)])
-    off_mean = curvatures - curvatures.mean()
     tilts = [np.diff(scan["height"].values, axis=axis).mean() / step for axis, step in enumerate(steps)]
     return {
         "rms of heights": float(heights.std()),
         "rms of slopes": float(np.sqrt(np.mean(slopes**2))),
         "rms of curvatures": float(curvatures.std()),
-        "skewness of curvatures": float(np.mean(off_mean**3) / np.mean(off_mean**2) ** 1.5),
+        "skewness of heights": _skewness(heights),
+        "skewness of curvatures": _skewness(curvatures),
         "tilt": float(np.hypot(*tilts)),
     }
