@@ -10,6 +10,7 @@ from roughxr import level, roughness
 from roughxr.mechanics.asperity.catalogue import asperities
 from roughxr.mechanics.asperity.superposition import superpose
 from roughxr.mechanics.contact.elastic import direct
+from roughxr.mechanics.particles.force_balance import fluid_of
 from roughxr.mechanics.vocabulary import schema
 
 from .surfaces import glass_pair, rough, scan
@@ -139,3 +140,17 @@ def test_labels_convert_what_states_other_units_of_its_quantity():
 def test_a_verb_refuses_an_array_and_says_what_to_pass(verb):
     with pytest.raises(ValueError, match=r"expected an xarray\.Dataset of kind .*, found ndarray; (pass|open) "):
         verb(np.zeros((4, 4)))
+
+
+def test_what_code_reads_of_a_result_is_no_text_of_its_history():
+    surface = glass_pair(scan(rough(48, seed=1)))
+    levelled = surface.contact.level().contact.assign_pair(sphere_radius=500, materials=("glass", "silicon"))
+    assert (levelled.levelling, levelled.materials) == ("plane", "glass/silicon")
+    assert "materials" not in levelled.contact.assign_pair(sphere_radius=500, contact_modulus=40).attrs
+    moments = surface.contact.rolling(directions=8, subregions=(1, 1))
+    helium = roughxr.particles.Flow(density=0.166, viscosity=1.18e-4)
+    critical = moments.contact.critical_load(flow=helium)
+    del critical.attrs["history"]
+    assert fluid_of(critical) == helium
+    with pytest.raises(ValueError, match=r"expected a result of critical_load, .*, found none of .*viscosity"):
+        fluid_of(moments)

@@ -24,7 +24,6 @@ from ...mechanics.scans import regions
 from ...mechanics.statistics.sampling import CONDITION, SHARE, sample_bounds
 from ...mechanics.studies.comparison import AS_SCANNED, compare
 from ...mechanics.studies.fitting import fit_pair
-from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.numbers import bounds_in_words, number, with_error, with_interval
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.schema import one_of
@@ -211,7 +210,7 @@ def fit_to_run(options: Namespace) -> None:
     how: dict[str, Any] = {"method": options.method, "subregions": regions.sample(solved, _FITTED_PLACES)}
     if options.method == "adhesive":
         how |= {"mesh": Mesh(int(solved["mesh"].max())), "law": solved.attrs["law"]}
-        how["preload"] = schema.history(solved)[-1]["arguments"].get("preload", 0.0)
+        how["preload"] = solved.attrs.get("preload", 0.0)
     estimate = groups["statistics/extrapolated"] if best_estimate(groups) else None
     measured = measurement(options.file, options)
     with warnings.catch_warnings():

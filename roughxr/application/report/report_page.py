@@ -117,11 +117,11 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("measured", header.get("acquisition_time", "")),
         ("size", _size_words(scan)),
         ("pixel", " × ".join(number(step, "nm") for step in sorted(set(schema.pixel(scan))))),
-        ("levelling", _step_argument(scan, "level", "method")),
+        ("levelling", scan.attrs.get("levelling", "")),
         ("heights", f"{number(scan['height'].min())} … {number(scan['height'].max())} nm"),
         ("roughness S_q", number(parameters["s_q"], "nm") if "s_q" in parameters else ""),
-        ("materials", _step_argument(scan, "assign_pair", "materials")),
-        ("medium", _step_argument(scan, "assign_pair", "medium")),
+        ("materials", scan.attrs.get("materials", "")),
+        ("medium", scan.attrs.get("medium", "")),
         *pair_facts(scan),
         *_simulation_facts(run),
         ("Tabor's parameter, median asperity", number(regime["asperity_tabor"]) if "asperity_tabor" in regime else ""),
@@ -137,12 +137,6 @@ def _size_words(scan: xr.Dataset) -> str:
     return f"{along_x / 1e3:.4g} × {along_y / 1e3:.4g} µm, {pixels} pixels"
 
 
-def _step_argument(ds: xr.Dataset, operation: str, argument: str) -> str:
-    """Return an argument of the last step of a kind in a history, empty if there is none."""
-    steps = [step for step in schema.history(ds) if step["operation"] == operation]
-    return str(steps[-1]["arguments"].get(argument, "")) if steps else ""
-
-
 def setting(run: Run) -> dict[str, str]:
     """Return what distinguishes a run from others in a sheet: label, date, materials, medium and fluid."""
     scan = run["scan"]
@@ -150,8 +144,8 @@ def setting(run: Run) -> dict[str, str]:
     return {
         "label": title(scan),
         "date": str(ended[0])[:10] if ended else "",
-        "materials": _step_argument(scan, "assign_pair", "materials"),
-        "medium": _step_argument(scan, "assign_pair", "medium"),
+        "materials": scan.attrs.get("materials", ""),
+        "medium": scan.attrs.get("medium", ""),
         "fluid": run_fluid(run),
     }
 
@@ -164,7 +158,7 @@ def _simulation_facts(run: Run) -> list[tuple[str, str]]:
     law = str(attrs["law"])
     if "adhesion_length_nm" in attrs:
         law += f", range {number(attrs['adhesion_length_nm'], 'nm')}"
-    preload = _step_argument(run["solutions/adhesive"], "adhesive", "preload") or 0.0
+    preload = run["solutions/adhesive"].attrs.get("preload", 0.0)
     summary = run_summary(run)
     independent = summary.get("independent_places")
     places = f"{by_place(run).sizes['subregion']} contact centres"

@@ -241,6 +241,9 @@ def assign_pair(
     out = out.assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
+    texts = {"materials": "/".join(materials) if isinstance(materials, tuple) else materials, "medium": medium}
+    out.attrs = {name: value for name, value in ds.attrs.items() if name not in texts}
+    out.attrs |= {name: str(value) for name, value in texts.items() if value is not None}
     arguments = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
     arguments |= {"medium": medium, "surface_energy": surface_energy}
     arguments |= {"layer_material": getattr(layer, "material", None)}

@@ -188,6 +188,8 @@ def _solution(
         fields=fields,
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
+    if by_preload and "preload" not in out.dims:
+        out.attrs["preload"] = float(adhesion.preloads[0])
     if law == AUTO and (choice := law_choice(specimen)):
         out.attrs["law_choice"] = choice
     out = schema.record(

@@ -158,17 +158,19 @@ def critical_load(
     by_pull_off = limit._replace(moment_error=pull_off_part(ds) * np.abs(limit.moment[0]))
     values["shared_load_error"] = _strength_error(kind, body, by_pull_off, strength)
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
-    out.attrs = {"cause": cause, "missing": _MISSING, "comment": scope_words(ds)}
+    fluid = fluid_arguments(body)
+    out.attrs = {"cause": cause, "missing": _MISSING, "comment": scope_words(ds), **fluid}
     arguments = {"cause": cause, "direction": direction, "particle_density": particle_density}
-    arguments |= fluid_arguments(body)
+    arguments |= fluid
     arguments |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
     return schema.record(schema.label(out), "critical_load", ds, **arguments)
 
 
 def fluid_of(critical: xr.Dataset) -> Flow:
-    """Return the fluid of a result of `critical_load`, from its history."""
-    arguments = [step["arguments"] for step in schema.history(critical) if step["operation"] == "critical_load"][-1]
-    return Flow(*(arguments[name] for name in _FLUID_ARGUMENTS))
+    """Return the fluid of a result of `critical_load`."""
+    if missing := set(_FLUID_ARGUMENTS) - set(critical.attrs):
+        raise Refusal("", "a result of critical_load, which states its fluid", f"none of {', '.join(sorted(missing))}")
+    return Flow(*(critical.attrs[name] for name in _FLUID_ARGUMENTS))
 
 
 def strength_of_places(critical: xr.Dataset) -> xr.DataArray:
@@ -237,7 +239,7 @@ def read_body(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     return Body(schema.sphere_radius(ds), _physical(density, "kg/m^3", "particle_density") or np.nan, fluid)
 
 
-#: Names of the fluid's properties in a history, in the order of `Flow`.
+#: Names of the fluid's properties as attributes, in the order of `Flow`.
 _FLUID_ARGUMENTS = ("medium_density", "viscosity", "lift", "gravity")
 
 #: Density (kg/m³) above which a fluid is a liquid, in which no menisci condense.
@@ -245,7 +247,7 @@ _DENSEST_GAS = 200.0
 
 
 def fluid_arguments(body: Body) -> dict[str, Any]:
-    """Return the fluid around a particle for the history."""
+    """Return the fluid around a particle as attributes."""
     return dict(zip(_FLUID_ARGUMENTS, body.flow))
 
 

@@ -67,7 +67,7 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
         levelled = _aligned(height.values, inside, method)
     else:
         levelled = _flattened(height, inside, _DEGREES[method])
-    out = label(scan.assign(height=height.copy(data=levelled)))
+    out = label(scan.assign(height=height.copy(data=levelled))).assign_attrs(levelling=method)
     if scan["height"].chunks:
         out["height"] = out["height"].chunk(scan["height"].chunksizes)
     excluded = None if exclude is None else f"{int(np.asarray(exclude).sum())} pixels"
