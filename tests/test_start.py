@@ -55,6 +55,15 @@ _REFUSED = """if True:
         print(json.dumps([status, printed.getvalue(), [name for name in slow if name in sys.modules]]))
 """
 
+#: Reaches all names of the public lists.
+_PUBLIC_NAMES = """if True:
+    import roughxr
+    for name in ("archive", "figures", "measured", "particles", "report", "scans", "statistics"):
+        names = getattr(roughxr, name)
+        for each in names.__all__:
+            getattr(names, each)
+"""
+
 #: Prints the first line of progress of a run, and whether its solvers were imported by then.
 _FIRST_LINE = """if True:
     import json, sys
@@ -107,3 +116,7 @@ def test_words_that_are_wrong_by_themselves_are_refused_before_slow_imports(fold
 def test_a_run_prints_a_line_before_its_solvers_are_imported(folder):
     ((line, is_loaded),) = python(_FIRST_LINE, "run", "scan.nc", *GLASS, folder=folder)
     assert line == "loading the package\n" and not is_loaded
+
+
+def test_each_public_name_is_reached_in_a_fresh_process():
+    subprocess.run([sys.executable, "-c", _PUBLIC_NAMES], check=True)

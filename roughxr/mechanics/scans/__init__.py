@@ -1,1 +1,5 @@
 """Scans: levelling, regions, roughness and spectra, tip, editing, made surfaces."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submodules=["regions", "synthetic"])
