@@ -14,6 +14,7 @@ from matplotlib.image import imread
 import roughxr
 from roughxr import archive, report
 from roughxr.application.cli import main
+from roughxr.application.report.explorer import explorer_page
 
 from .browser import BROWSER, NO_BROWSER, Browser
 from .surfaces import rough, scan
@@ -93,11 +94,11 @@ def test_curves_and_pull_offs_are_the_archives(data, run):
 
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.IncompleteResult")
 def test_missing_groups_are_left_out_and_missing_numbers_are_null(run):
-    bare = content(report.explorer_page({"scan": run["scan"], "solutions/direct": run["solutions/direct"]}))
+    bare = content(explorer_page({"scan": run["scan"], "solutions/direct": run["solutions/direct"]}))
     assert bare["pulls"] == [] and [curve["name"] for curve in bare["curves"]] == ["direct"]
     spoiled = run["statistics/adhesive"].copy(deep=True)
     spoiled["pull_off_force"][dict(subregion=0)] = np.nan
-    text = report.explorer_page(run | {"statistics/adhesive": spoiled})
+    text = explorer_page(run | {"statistics/adhesive": spoiled})
     assert named(content(text)["pulls"], "adhesive")["values"][0] is None
 
 
@@ -114,7 +115,7 @@ def test_an_archive_that_is_no_run_is_refused(run, tmp_path, capsys):
 
 def test_text_of_a_file_cannot_break_the_page(run):
     nasty = run["scan"].assign_attrs(title="</script><script>alert(1)</script>")
-    text = report.explorer_page({"scan": nasty, "solutions/direct": run["solutions/direct"]})
+    text = explorer_page({"scan": nasty, "solutions/direct": run["solutions/direct"]})
     assert "alert(1)</script>" not in text and text.count("<script") == 2
 
 
@@ -175,13 +176,13 @@ def test_an_address_names_a_place_and_axes_name_their_units(browser, written, ru
 
 def test_a_bare_archive_is_shown_without_complaint(browser, run, tmp_path):
     page = tmp_path / "bare.html"
-    page.write_text(report.explorer_page({name: run[name] for name in ("scan", "solutions/direct")}), encoding="utf-8")
+    page.write_text(explorer_page({name: run[name] for name in ("scan", "solutions/direct")}), encoding="utf-8")
     browser.open(page, 400)
     browser.click('#scan .place[data-place="1"]')
     assert browser.complaints() == [] and "no pull-off" in browser.value("document.body.innerText")
     nothing = xr.full_like(run["solutions/direct"][["force"]], np.nan)
     bare = {"scan": run["scan"].drop_vars("contact_modulus"), "solutions/direct": nothing.drop_vars("contact_modulus")}
-    page.write_text(report.explorer_page(bare), encoding="utf-8")
+    page.write_text(explorer_page(bare), encoding="utf-8")
     browser.open(page, 400)
     assert browser.complaints() == []
     assert "querySelector" not in browser.value("document.body.innerText")

@@ -342,7 +342,7 @@ def render_template(template: str, **values: Any) -> str:
 
     options: dict[str, Any] = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True}
     options["finalize"] = lambda value: printable(value, keep="\n\t") if type(value) is str else value
-    environment = jinja2.Environment(loader=jinja2.PackageLoader("roughxr.report", "web"), **options)
+    environment = jinja2.Environment(loader=jinja2.PackageLoader("roughxr.application.report", "web"), **options)
     environment.filters["address"] = address
     made = {"version": __version__, "today": date.today().isoformat()}
     return environment.get_template(template).render(**made, **values)
