@@ -127,6 +127,14 @@ def test_the_default_displacements_of_a_place_show_its_pull_off():
     assert float(force[0]) == 0.0
 
 
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_the_default_displacements_contain_the_pull_off_of_every_place(surface, formulation):
+    swept = superpose(surface, subregions=(6, 6), formulation=formulation)
+    np.testing.assert_allclose(-swept.force.min("delta"), swept.pull_off_force, rtol=1e-9)
+    tension = (swept.force < -0.05 * swept.pull_off_force).sum("delta")
+    assert int(tension.min()) >= 6  # enough points to draw a curve
+
+
 def test_large_contacts_are_counted():
     summed = superpose(asperities(one_asperity(1 / 400, 1 / 400), patch=5), delta=[0.01, 1.0], law="hertz")
     assert summed.contacts.values.tolist() == [[1, 1]]

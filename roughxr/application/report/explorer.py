@@ -17,7 +17,7 @@ import xarray as xr
 
 from ...mechanics.jobs.records import BRANCHES
 from ...mechanics.scans.regions import extent
-from ...mechanics.statistics.sampling import SHARE, at_first_preload, place_order
+from ...mechanics.statistics.sampling import SHARE, at_first_preload
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import sentences_on_lines
@@ -143,32 +143,35 @@ def _curves(run: Run, count: int) -> Iterator[dict[str, Any]]:
                 "name": name,
                 "label": label,
                 "events": False,
-                "lines": _branch_curves(ds[["force"]], retraction, offset),
+                "lines": _branch_curves(ds, retraction, offset),
             }
         elif name == "adhesive" and "pull_off_delta" in ds:
-            if "solutions/curves" in run:
-                yield {"name": name, "label": label, "events": False, "lines": _loops(run, ds, offset)}
             yield {"name": name, "label": label, "events": True, "lines": _events(at_first_preload(ds), offset)}
 
 
 def _branch_curves(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.ndarray) -> list[list[dict[str, Any]]]:
     """Return force over displacement of each place, a curve for each branch."""
-    thin = case.isel(delta=slice(None, None, -(-case.sizes["delta"] // _POINTS)))
-    parts = [thin.sel(branch=way) for way in BRANCHES] if "branch" in case.dims else [thin]
+    parts = [case[["force"]].sel(branch=way) for way in BRANCHES] if "branch" in case.dims else [case]
     parts += [] if retraction is None else [retraction]
-    forces = [(part["delta"].values, part["force"].transpose("subregion", "delta").values) for part in parts]
-    return [
-        [{"delta": _numbers(delta + shift), "force": _numbers(force[k])} for delta, force in forces]
-        for k, shift in enumerate(offset)
-    ]
+    return [[_curve(part.isel(subregion=k), shift) for part in parts] for k, shift in enumerate(offset)]
 
 
-def _loops(run: Run, solved: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
-    """Return approach and retraction around the pull-off of each place; none where they were not computed."""
-    curves = run["solutions/curves"]
-    shifts = offset[np.array(place_order(curves, solved), dtype=int)]
-    lines = _branch_curves(curves[["force"]], None, shifts)
-    return [[] if index is None else lines[index] for index in place_order(solved, curves)]
+def _curve(place: xr.Dataset, shift: float) -> dict[str, Any]:
+    """Return force over displacement of one place, thinned, with its exact pull-off and more points near it."""
+    delta = place["delta"].values
+    force = place["force"].values
+    if "pull_off_delta" in place and np.isfinite(place["pull_off_delta"]):
+        pull_off = float(place["pull_off_delta"])
+        delta = np.append(delta, pull_off)
+        force = np.append(force, -float(place["pull_off_force"]))
+        nearest = np.argsort(abs(delta - pull_off), kind="stable")
+        near = nearest[np.geomspace(1, delta.size, _POINTS // 2).astype(int) - 1]
+        near = np.append(near, delta.size - 1)
+    else:
+        near = np.array([], int)
+    shown = np.union1d(np.arange(0, delta.size, -(-delta.size // _POINTS)), near)
+    shown = shown[np.argsort(delta[shown], kind="stable")]
+    return {"delta": np.round(delta[shown] + shift, 4).tolist(), "force": _numbers(force[shown])}
 
 
 def _events(case: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:

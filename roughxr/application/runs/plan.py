@@ -20,8 +20,8 @@ class Plan(NamedTuple):
 
     subregions: Any
     direct_deltas: np.ndarray  # nm, of the simulation without adhesion
-    sweep: np.ndarray  # nm, for superpositions
     contact_delta: float  # nm, for the one contact with fields, on the datum of the simulation without adhesion
+    sweep: np.ndarray | None = None  # nm, for superpositions; None: those of `superpose`
     datum: str = "highest_peak"  # of the simulation without adhesion
     superposed: tuple[str, ...] = ("energy",)  # formulations; the first one chooses the catalogue of the run
     preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles under its own adhesion
@@ -39,16 +39,9 @@ def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **a
     """Return a plan whose displacements suit the heights of a scan."""
     centres = specimen.centres(subregions)
     datum = "highest_peak" if delta is not None else default_datum(specimen)
-    from_peak = default_deltas(specimen, centres, "highest_peak")
-    deltas = from_peak
-    if delta is not None:
-        deltas = schema.ascending(delta, "nm", "delta")
-    elif datum == "first_contact":
-        deltas = default_deltas(specimen, centres, datum)
-    deepest = max(from_peak[-1], deltas[-1])
-    sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
+    deltas = default_deltas(specimen, centres, datum) if delta is None else schema.ascending(delta, "nm", "delta")
     options: dict[str, Any] = {"mesh": usual_mesh(specimen), "datum": datum} | adhesion
-    return Plan(subregions, deltas, sweep, float(deltas[-1]), **options)
+    return Plan(subregions, deltas, float(deltas[-1]), **options)
 
 
 def usual_mesh(specimen: Specimen) -> Mesh:

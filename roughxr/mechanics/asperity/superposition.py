@@ -34,6 +34,13 @@ _EVENTS: dict[str, type] = {"excluded_asperities": int}
 #: Variables of laws with adhesion, independent of the displacements.
 _PULL_OFF: dict[str, type] = {"pull_off_force": float, "pull_off_delta": float}
 
+#: Displacements around each pull-off, from the end of a branch to zero force, over the median distance from the end of
+#: an asperity's branch to its first touch.
+_AROUND_PULL_OFF = np.array([-0.53, -0.5, -0.35, -0.2, 0.0, 0.2, 0.4, 0.7, 1.0, 1.4, 1.8, 2.5])
+
+#: Largest number of states of a default sweep with displacements around each pull-off.
+_MOST_STATES = 1_000_000
+
 
 def superpose(
     ds: xr.Dataset,
@@ -56,8 +63,9 @@ def superpose(
         with the paper's, 5 × 5 pixels and vertices at pixels), or an asperity catalogue with an assigned pair.
     delta : array_like, optional
         Displacements, nm, ascending; by default 301, from before the first touch of any place until the last place is
-        indented by four times the median displacement at which asperities detach; without adhesion by the depth of the
-        median place below the highest peak.
+        indented by four times the median displacement at which asperities detach, and for up to 250 places twelve
+        around the pull-off of each place, so that each force curve attains its pull-off; without adhesion 301, until
+        the last place is indented by the depth of the median place below the highest peak.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, by default those on ``ds``, else one in its middle.
     law : {"jkr", "dugdale", "hertz"}, optional
@@ -182,7 +190,15 @@ def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np
     reaches = np.abs(field.scales.end * field.scales.delta)
     first = (offsets - 1.2 * reaches).min()
     last = touches.max() + (4 * np.median(reaches) or np.median(touches))
-    return np.round(np.linspace(first, last, steps), 4)
+    coarse = np.round(np.linspace(first, last, steps), 4)
+    grid = summands.prepared.grid
+    is_long = len(centres) * (steps + len(centres) * _AROUND_PULL_OFF.size) > _MOST_STATES
+    if grid is None or is_long:
+        return coarse
+    x, y = np.array(centres).T.copy()
+    pull_offs = exact_pull_offs(x, y, grid, summands.options)["pull_off_delta"]
+    near_pull_offs = pull_offs[:, None] + np.median(reaches) * _AROUND_PULL_OFF
+    return np.union1d(coarse, near_pull_offs[np.isfinite(near_pull_offs)])
 
 
 def _superpose(x: float, y: float, prepared: Asperities, options: SumOptions, layout: Layout) -> np.ndarray:

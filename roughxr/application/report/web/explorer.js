@@ -108,7 +108,7 @@ function drawForce() {
     if (curve.events) path.forEach(([cx, cy]) => draw(inner, "circle", { cx, cy, r: 4.5, fill: COLOURS[curve.name], class: "event", "data-method": curve.name }));
     else if (path.length) draw(inner, "path", { d: `M${path.map(point => point.map(value => value.toFixed(1)).join(" ")).join("L")}`, class: "curve", "data-method": curve.name, stroke: COLOURS[curve.name], "stroke-width": 1.8, "stroke-dasharray": (DASHES[curve.name] ?? ["none"])[0], fill: "none" });
   }
-  at("force-words").textContent = all.some(curve => curve.events) ? "Dot: pull-off in the simulation with adhesion; lines: approach and retraction." : "";
+  at("force-words").textContent = all.some(curve => curve.events) ? "Dot: pull-off in the simulation with adhesion." : "";
 }
 
 function drawPulls() {
