@@ -479,7 +479,7 @@ def test_figures_show_the_numbers_that_they_are_given(run):
     assert rose.get_xlabel().startswith("resisting moment [nN nm]\nmedian and middle half of 2 places\ndashed: median")
     bars, _ = figures.predicted_and_measured(*(force_of(np.arange(1.0, 9.0) * factor) for factor in (1, 2)))
     labels = [text.get_text() for text in bars.get_legend().get_texts()]
-    assert labels == ["mean of 8, 95 % interval", "predicted", "measured"]
+    assert labels == ["mean, 95 % interval", "predicted (8)", "measured (8)"]
 
 
 def test_a_map_of_tension_alone_shows_no_pressure_of_the_same_darkness(run):

@@ -72,10 +72,42 @@ def test_quantiles_stand_beside_one_another():
     np.testing.assert_allclose(compared.measured_quantile, 3 * compared.predicted_quantile)
     np.testing.assert_allclose(compared.ratio, 3.0)
     assert roughxr.schema.history(compared)[-1]["arguments"]["resamples"] == 999
-    means, deviations, distributions = compared.sentence.splitlines()
+    means, scatter, distributions = compared.sentence.splitlines()
     assert means.startswith("Measured over predicted mean: 3")
-    assert deviations.startswith("Measured over predicted standard deviation: 3")
+    assert "roughness explains the scatter (ratio 1.00," in scatter and compared.scaled_distance < 0.01
     assert "The distributions disagree: " in distributions
+
+
+@pytest.mark.parametrize(("ratio", "verdict"), [(0.4, "scatter less"), (1.0, "explains the"), (2.5, "scatter more")])
+def test_scatter_of_twenty_forces_is_judged_whatever_their_mean(ratio, verdict):
+    """Of 200 draws in tests/benchmarks/scatter_verdict.py at least 95 %."""
+    rng = np.random.default_rng(0)
+    decided = []
+    for _ in range(25):
+        predicted = rng.gamma(0.3**-2, 1.0, 64)
+        measured = 5 * rng.gamma((0.3 * ratio) ** -2, 1.0, 20)
+        compared = roughxr.compare(forces(predicted), forces(measured), statistics=["mean"], resamples=99)
+        decided.append(verdict in compared.sentence)
+    assert np.mean(decided) >= 0.88
+
+
+def test_four_forces_do_not_decide_on_their_scatter():
+    compared = roughxr.compare(forces(field(0)), forces([9.0, 11.0, 15.0]), statistics=["mean"], resamples=99)
+    assert "too few independent forces are known to decide" in compared.sentence
+
+
+def test_relative_scatter_has_no_unit_and_an_interval_of_limits_too():
+    values = 10 * np.random.default_rng(1).gamma(9, 1.0, 200)
+    complete = forces(values).contact.bootstrap(statistics=["relative_std"]).squeeze()
+    assert complete.low < 1 / 3 < complete.high and complete.estimate.units == "1"
+    limit = np.quantile(values, 0.2)
+    measured = forces(np.where(values < limit, np.nan, values))
+    measured["pull_off_at_most"] = ("subregion", np.where(values < limit, limit, np.nan))
+    limited = measured.contact.bootstrap(statistics=["relative_std"]).squeeze()
+    assert limited.low < complete.low and limited.high > complete.high
+    assert limited.likelihood_low < 1 / 3 < limited.likelihood_high
+    with pytest.raises(ValueError, match="relative_std alone, since it has no unit"):
+        forces(values).contact.bootstrap(statistics=["mean", "relative_std"])
 
 
 def test_a_map_is_compared_as_its_places():

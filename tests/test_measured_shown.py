@@ -44,7 +44,8 @@ def test_a_run_is_compared_with_what_was_measured(run, capsys):
     command = ["compare", str(run), str(run / "own.csv"), "--method", "energy", "--picture", str(run / "both.png")]
     assert main(command) == 0
     said = capsys.readouterr().out
-    assert "measured / predicted" in said
+    assert "measured / predicted" in said and "relative standard deviation" in said
+    assert "Places alone scatter the forces by " in said
     assert "The distributions disagree: " in said and "agree." not in said.replace("disagree.", "")
     assert (run / "both.png").stat().st_size > 10_000
 
@@ -113,11 +114,27 @@ def test_a_runs_pair_is_fitted_to_measured_forces_by_a_command(tmp_path, capsys,
 
 @pytest.mark.parametrize(
     ("low", "high", "verdict"),
-    [(11.0, 107.0, "they agree"), (11.0, 87.0, "they disagree"), (2.0, 900.0, "it is too wide to decide")],
+    [
+        (11.0, 107.0, "agree, as any mean from 11 nN to 107 nN would"),
+        (11.0, 87.0, "they disagree"),
+        (2.0, 900.0, "it is too wide to decide"),
+    ],
 )
 def test_means_agree_where_the_interval_of_the_best_estimate_overlaps_that_of_the_measured_mean(low, high, verdict):
     means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
     assert verdict in comparison._means_in_words(means, 43.0, low, high)[1]
+
+
+def test_a_picture_shows_the_best_estimate_of_its_sentence():
+    forces = np.random.default_rng(0).gamma(4, 5.0, 200)
+    made = [xr.Dataset({"pull_off_force": ("subregion", f * forces, {"units": "nN"})}) for f in (1.0, 0.5)]
+    estimate = xr.Dataset({"pull_off_mean": 8.0, "pull_off_low": 2.0, "pull_off_high": 30.0})
+    compared = roughxr.compare(*made, extrapolation=estimate, resamples=20)
+    distributions, quantiles = roughxr.figures.predicted_and_measured(*made, comparison=compared)
+    best = next(line for line in distributions.lines if str(line.get_label()).startswith("best estimate"))
+    assert best.get_xdata() == [8.0]
+    line = next(line for line in quantiles.lines if line.get_label() == "equal to the best estimate")
+    assert line.get_ydata()[1] / line.get_xdata()[1] == pytest.approx(8 / forces.mean())
 
 
 def test_a_folder_of_curves_in_tables_is_a_sample(run, capsys):
@@ -169,6 +186,6 @@ def test_quantiles_are_drawn_where_they_are():
     compared = roughxr.compare(*made, resamples=20)
     ax = compared.contact.plot(ax=Figure().subplots())
     line = next(line for line in ax.lines if line.get_label().startswith("means"))
-    assert line.get_label() == "means: × 2"
+    assert line.get_label() == "means: × 2, then at most 0 % apart"
     (drawn,) = (line for line in ax.lines if line.get_xdata().size == 99)
     np.testing.assert_allclose(drawn.get_ydata(), 2 * drawn.get_xdata())

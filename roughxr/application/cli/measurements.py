@@ -21,6 +21,7 @@ from ...files.images.channel import UnreadableScan
 from ...mechanics import statistics
 from ...mechanics.contact.mesh import Mesh, UnresolvedContact
 from ...mechanics.scans import regions
+from ...mechanics.statistics.censoring import RELATIVE_STD
 from ...mechanics.statistics.sampling import CONDITION, SHARE, sample_bounds
 from ...mechanics.studies.comparison import AS_SCANNED, compare
 from ...mechanics.studies.fitting import fit_pair
@@ -180,7 +181,7 @@ def compare_with_run(options: Namespace) -> None:
     compared = compare(predicted, own, extrapolation=extrapolation)
     print(f"pull-off forces, nN, predicted ({options.method}) and measured, with 95 % intervals:")
     columns = {"predicted": "predicted", "measured": "measured", "ratio": "measured / predicted"}
-    print(_with_intervals(compared, columns))
+    print(_with_intervals(_with_scatter(compared), columns))
     print("\n" + f"{AS_SCANNED}\n" * (AS_SCANNED not in compared.sentence) + compared.sentence)
     predicted_places = float(compared.predicted_places)
     measured_places = float(compared.measured_places)
@@ -236,7 +237,27 @@ _FITTED_PLACES = 16
 
 #: Statistics in words.
 _STATISTICS = {"mean": "mean", "std": "standard deviation", "q5": "5 % quantile", "q25": "25 % quantile"}
-_STATISTICS |= {"q50": "median", "q75": "75 % quantile", "q95": "95 % quantile"}
+_STATISTICS |= {
+    RELATIVE_STD: "relative standard deviation",
+    "q50": "median",
+    "q75": "75 % quantile",
+    "q95": "95 % quantile",
+}
+
+
+def _with_scatter(compared: xr.Dataset) -> xr.Dataset:
+    """Return a comparison with a row of the relative standard deviations after that of the means."""
+    row = {}
+    for name in ("predicted", "measured"):
+        for end in ("", "_low", "_high"):
+            row[name + end] = compared[f"{name}_{RELATIVE_STD}{end}"]
+    for end in ("", "_low", "_high"):
+        row[f"ratio{end}"] = compared[f"{RELATIVE_STD}_ratio{end}"]
+    scatter = xr.Dataset(row).expand_dims(statistic=[RELATIVE_STD])
+    along_statistic = compared[list(row)]
+    return xr.concat(
+        [along_statistic[{"statistic": [0]}], scatter, along_statistic[{"statistic": slice(1, None)}]], "statistic"
+    )
 
 
 def _with_intervals(ds: xr.Dataset, columns: Mapping[str, str]) -> str:

@@ -85,10 +85,16 @@ def distribution(
     values = bounds[np.isfinite(bounds)]
     units = ds[name].attrs.get("units", "1")
     limits = limits_in_words(bounds, lambda end: quantity(end, units, 2))
-    legend_text = "; ".join(filter(None, [label, limits])) or None
+    own_count = f"{label} ({bounds.shape[1]})" if label else None
+    legend_text = "; ".join(filter(None, [own_count, limits])) or None
     look = {"label": legend_text, **stroke(order)}
     if interval is not None and values.size > 1:
-        _mean_interval(ax, ds, name, look["color"], order, interval)
+        mean = statistics.bootstrap(ds, name, statistics=["mean"], confidence=interval)
+        ends = [float(mean[part].item()) for part in ("estimate", "low", "high")]
+        count_in_words = "" if label else f" of {bounds.shape[1]}"
+        accuracy = f"{100 * interval:g} % interval" if np.isfinite(ends[1]) else "too few independent"
+        legend_label = None if order else f"mean{count_in_words}, {accuracy}"
+        draw_mean(ax, *ends, row=order, color=look["color"], label=legend_label)
     if bounds.shape[1] < fewest and isinstance(bins, str) and bins == "auto":
         seaborn.ecdfplot(x=bounds[1], ax=ax, marker="o", **look)
         if limits:  # the share lies between both
@@ -114,19 +120,14 @@ def distribution(
     return legend(ax, loc="upper right")
 
 
-def _mean_interval(ax, ds: xr.Dataset, name: str, color: str, order: int, confidence: float):
-    """Draw the mean and its interval by bootstrap along the upper edge, one row for each distribution."""
-    interval = statistics.bootstrap(ds, name, statistics=["mean"], confidence=confidence)
-    low, mean, high = (float(interval[part].item()) for part in ("low", "estimate", "high"))
+def draw_mean(ax, mean: float, low: float, high: float, *, row: int, color: str, label: str | None = None):
+    """Draw a mean and its interval along the upper edge, one row for each distribution."""
     high = np.nan if np.isinf(high) else high
-    row = 1.03 + 0.05 * order
+    height = 1.03 + 0.05 * row
     style = {"color": color, "transform": ax.get_xaxis_transform(), "clip_on": False}
-    ax.plot([low, high], [row, row], linewidth=1.6, solid_capstyle="butt", **style)
-    ax.plot([low, mean, high], [row] * 3, linestyle="none", marker="|", markersize=4, **style)
-    count = int(ds[name].notnull().sum())
-    accuracy = f"{100 * confidence:g} % interval" if np.isfinite(low) else "too few independent"
-    label = None if order else f"mean of {count}, {accuracy}"
-    ax.plot([mean], [row], marker="o", markersize=3, linewidth=1.6, label=label, **style)
+    ax.plot([low, high], [height, height], linewidth=1.6, solid_capstyle="butt", **style)
+    ax.plot([low, mean, high], [height] * 3, linestyle="none", marker="|", markersize=4, **style)
+    ax.plot([mean], [height], marker="o", markersize=3, linewidth=1.6, label=label, **style)
 
 
 def _laws(ax, ds: xr.Dataset, name: str, values, edges, laws: Sequence[str] | xr.Dataset, interval: float | None):

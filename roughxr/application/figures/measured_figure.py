@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from ...mechanics.statistics.means import estimated_mean
 from ...mechanics.statistics.sampling import sample_bounds
 from ...mechanics.studies.comparison import compare
 from ...mechanics.vocabulary.numbers import percent
-from .distributions import FEWEST_SAMPLES, distribution
+from .distributions import FEWEST_SAMPLES, distribution, draw_mean
 from .style import BLACK, BLUE, DASHED, GREY, PAGE, Axes, Panels, axes, label_axis, legend, log_ticks, panels, styled
 
 
@@ -37,7 +38,15 @@ def predicted_and_measured(
         alike["fewest"] = 1 + max(ds["pull_off_force"].size for ds in forces.values())
     for order, (label, ds) in enumerate(forces.items()):
         distribution(ds, "pull_off_force", ax=distributions, label=label, order=order, **alike)
-    quantiles(compare(predicted, measured) if comparison is None else comparison, ax=right)
+    compared = compare(predicted, measured) if comparison is None else comparison
+    best = estimated_mean(compared)
+    if best is not None:
+        label = "best estimate of the real mean, all known errors"
+        draw_mean(distributions, *best, row=len(forces), color=BLACK, label=label)
+        # the interval may lie beyond all samples
+        distributions.autoscale(axis="x")
+        legend(distributions, loc="upper right")
+    quantiles(compared, ax=right)
     return made
 
 
@@ -45,7 +54,9 @@ def predicted_and_measured(
 def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw measured against predicted quantiles, from `compare`, with the line on which both are equal.
 
-    Quantiles of 1 to 99 %, those of 5, 50 and 95 % filled; the ratio of the means, where it is known, is a dashed line.
+    Quantiles of 1 to 99 %, those of 5, 50 and 95 % filled; the ratio of the means, where it is known, is a dashed line,
+    on which distributions of one shape lie. With a best estimate of the mean the line of equal forces is that of the
+    real surface, and a band shows its interval.
     Bars are the bounds of quantiles of forces that are known by limits.
     """
     ax = axes(ax)
@@ -54,11 +65,19 @@ def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
     low, high = (ds.get(f"measured_quantile_{end}", ds["measured_quantile"]).values for end in ("low", "high"))
     both = np.concatenate([predicted, low, high[np.isfinite(high)]])
     ends = np.array([np.nanmin(both), np.nanmax(both)])
-    ax.plot(ends, ends, color=GREY, linewidth=0.9, label="equal")
+    best = estimated_mean(ds) if "mean" in ds["statistic"] else None
+    if best is None:
+        ax.plot(ends, ends, color=GREY, linewidth=0.9, label="equal")
+    else:
+        span = np.array([predicted.min(), predicted.max()])
+        estimate, least, most = np.array(best) / float(ds["predicted"].sel(statistic="mean"))
+        ax.plot(span, estimate * span, color=GREY, linewidth=0.9, label="equal to the best estimate")
+        ax.fill_between(span, least * span, most * span, color=GREY, alpha=0.2, linewidth=0, label="its 95 % interval")
+        ax.set_ylim(0, 1.7 * max(ends[1], estimate * span[1]))  # the band may go far beyond the forces
     if "mean" in ds["statistic"]:
         ratio = float(ds["ratio"].sel(statistic="mean"))
         span = np.array([predicted.min(), predicted.max()])
-        ax.plot(span, ratio * span, color=BLACK, linewidth=0.8, linestyle=DASHED, label=f"means: × {ratio:.2g}")
+        ax.plot(span, ratio * span, color=BLACK, linewidth=0.8, linestyle=DASHED, label=_means_label(ds, ratio))
     ax.plot(predicted, measured, color=BLUE, marker="o", markersize=2.2, linewidth=0, markerfacecolor="none")
     ax.vlines(predicted, low, np.minimum(high, ends[1]), color=BLUE, linewidth=0.6, alpha=0.4)
     marked = ds.sel(probability=[0.05, 0.5, 0.95], method="nearest")
@@ -70,6 +89,12 @@ def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
         np.median(predicted)
     )  # the points lie above the line, or below it
     return legend(ax, loc="lower right" if above else "upper left")
+
+
+def _means_label(ds: xr.Dataset, ratio: float) -> str:
+    """Return the ratio of the means, and how far the distributions differ beside it."""
+    distance = float(ds.get("scaled_distance", np.nan))
+    return f"means: × {ratio:.2g}" + (f", then at most {percent(distance)} apart" if np.isfinite(distance) else "")
 
 
 @styled

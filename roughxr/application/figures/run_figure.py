@@ -71,7 +71,10 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
         ax.set_axis_off()
         return
     unit, size = label_axis(ax.xaxis, "pull_off_force")
-    means = {_METHODS[name]: by_share(at_first_preload(ds["pull_off_force"])).mean() for name, ds in samples.items()}
+    means = {}
+    for name, ds in samples.items():
+        force = at_first_preload(ds["pull_off_force"])
+        means[f"{_METHODS[name]} ({int(force.notnull().sum())})"] = by_share(force).mean()
     if (estimate := best_estimate(run)) is not None:
         _draw_estimate(ax, *estimate, unit, size)
     if np.isfinite(ax.dataLim.y1):

@@ -17,6 +17,9 @@ import numpy as np
 
 from .laws import LAWS, Law, fitted_parameters, log_likelihood
 
+#: Statistic that is the standard deviation over the mean.
+RELATIVE_STD = "relative_std"
+
 #: Grid of the likelihood: points along each parameter, and its half width over that of a parameter's error.
 _POINTS = 41
 _GRID_ERRORS = 7.0
@@ -75,7 +78,7 @@ def likelihood_estimates(
     if not possible:
         return missing
     shape, _, scale = fits[best]
-    estimates = [scale * _unit_statistic(LAWS[best], shape, label) for label in labels]
+    estimates = [_law_statistic(LAWS[best], shape, scale, label) for label in labels]
     ends = np.array([_profile_ends(LAWS[name], fits[name], bounds, labels, independent, drop) for name in possible])
     law_names = LAWS[best].words + "".join(f" (or {LAWS[name].words})" for name in possible if name != best)
     return CensoredEstimates(law_names, np.array([estimates, ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)]))
@@ -111,12 +114,14 @@ def _largest_drop(bounds: np.ndarray, independent: float, confidence: float) -> 
     return t.ppf(0.5 + confidence / 2, max(independent - 1, 1)) ** 2 / 2 * bounds.shape[1] / independent
 
 
-def _unit_statistic(law: Law, shape: Any, label: str) -> Any:
-    """Return a statistic of a law with scale 1, to which it is proportional."""
+def _law_statistic(law: Law, shape: Any, scale: Any, label: str) -> Any:
+    """Return a statistic of a law, proportional to its scale but for the relative standard deviation."""
     frozen = law.scipy(shape)
+    if label == RELATIVE_STD:
+        return frozen.std() / frozen.mean() * np.ones_like(scale)
     if label in ("mean", "std"):
-        return getattr(frozen, label)()
-    return frozen.ppf(float(label.removeprefix("q")) / 100)
+        return scale * getattr(frozen, label)()
+    return scale * frozen.ppf(float(label.removeprefix("q")) / 100)
 
 
 def _profile_ends(
@@ -143,7 +148,7 @@ def _profile_ends(
         likelihood = np.array([log_likelihood(law, (shapes, 0.0 * shapes, row), bounds) for row in scales])
         is_allowed = likelihood > likelihood.max() - drop
         for label in labels:
-            allowed = (scales * _unit_statistic(law, shapes, label))[is_allowed]
+            allowed = _law_statistic(law, shapes, scales, label)[is_allowed]
             allowed = np.where(np.isnan(allowed), np.inf, allowed)  # of a law so wide that its moments overflow
             ends.append((allowed.min(), allowed.max()))
     return np.array(ends).T

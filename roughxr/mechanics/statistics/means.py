@@ -22,6 +22,9 @@ _PLACE_ERRORS = ("pull_off_error", "cell_error")
 #: Mean pull-offs of a sphere that was pressed as little, and as hard, as it may be.
 PRESSED = ("pressed_low", "pressed_high")
 
+#: Mean pull-off of the real surface in a result of `extrapolated`, and the ends of its interval.
+BEST_ESTIMATE = ("pull_off_mean", "pull_off_low", "pull_off_high")
+
 #: Variables of an interval that the answer takes over.
 INTERVAL = ("low", "high", "likelihood_low", "likelihood_high", "independent_places")
 
@@ -113,9 +116,9 @@ def mesh_error(pull: xr.Dataset) -> float:
 
 def estimated_mean(extrapolated: xr.Dataset | None) -> tuple[float, float, float] | None:
     """Return the mean of a result of `extrapolated` and the ends of its interval, nN, or None."""
-    if extrapolated is None:
+    if extrapolated is None or BEST_ESTIMATE[0] not in extrapolated:
         return None
-    mean, low, high = (float(extrapolated[f"pull_off_{name}"]) for name in ("mean", "low", "high"))
+    mean, low, high = (float(extrapolated[name]) for name in BEST_ESTIMATE)
     return (mean, low, high) if np.isfinite(mean) else None
 
 

@@ -26,6 +26,7 @@ from ..vocabulary.numbers import number, percent, quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import fraction
 from .censoring import (
+    RELATIVE_STD,
     CensoredEstimates,
     finite_ends,
     least_spread_values,
@@ -81,8 +82,9 @@ def bootstrap(
     name : str
         A variable along ``subregion`` or ``asperity``, or a map; other dimensions, as of `vary`, are kept.
     statistics : sequence of str
-        "mean", "std" (with n − 1), "q5" for the quantile of 5 per cent, and so on. Samples with a ``landing_share``
-        are weighted by it; n is then Kish's effective number.
+        "mean", "std" (with n − 1), "q5" for the quantile of 5 per cent, and so on; "relative_std", std over mean, on
+        its own, since it has no unit. Samples with a ``landing_share`` are weighted by it; n is then Kish's effective
+        number.
     confidence : float
         Between 0 and 1.
     resamples : int
@@ -158,6 +160,7 @@ def bootstrap(
     if resamples < 1 / (1 - confidence):
         raise Refusal("resamples", f"at least {1 / (1 - confidence):.0f}", resamples)
     labels = list(statistics)
+    units = _units(labels, ds[name])
     count = _independent(sample, None if within is None else samples(within, name))
     likelihood: CensoredEstimates | None = None
     if sample.censored is None:
@@ -184,7 +187,7 @@ def bootstrap(
     long_name = ds[name].attrs.get("long_name", name)
     for variable, prefix in _ENDS_IN_WORDS.items():
         if variable in out:
-            out[variable].attrs = {"units": ds[name].attrs.get("units", "1"), "long_name": prefix + long_name}
+            out[variable].attrs = {"units": units, "long_name": prefix + long_name}
     described = {"variable": name, "confidence": confidence, "samples": sample.values.size}
     out.attrs = described | out.attrs | {"missing": sample.missing}
     if is_too_few:
@@ -197,6 +200,15 @@ def bootstrap(
     arguments = {"name": name, "statistics": labels, "confidence": confidence, "resamples": resamples, "seed": seed}
     arguments |= {"within": None if within is None else "all places", "fewest": fewest}
     return schema.record(schema.label(out), "bootstrap", ds, **arguments)
+
+
+def _units(labels: list[str], variable: xr.DataArray) -> str:
+    """Return the units of statistics of a variable; raise for several."""
+    if RELATIVE_STD not in labels:
+        return variable.attrs.get("units", "1")
+    if len(labels) > 1:
+        raise Refusal("statistics", f"{RELATIVE_STD} alone, since it has no unit", labels)
+    return "1"
 
 
 def _ends(
@@ -238,6 +250,8 @@ def _estimate(label: str, values: np.ndarray, weights: np.ndarray | None) -> Any
     """Return a statistic of samples; raise for an unknown name."""
     if label in ("mean", "std"):
         return (_mean if label == "mean" else _std)(values, weights)
+    if label == RELATIVE_STD:
+        return _std(values, weights) / _mean(values, weights)
     try:
         share = float(label.removeprefix("q")) / 100
     except ValueError:
@@ -321,7 +335,10 @@ def _intervals(sample: Samples, count: float, labels: list[str], confidence, res
     means, stds = np.concatenate(drawn, axis=1)
     degrees = max(count, 2.0) - 1
     low = ndtr(stdtrit(degrees, 0.5 - confidence / 2))
-    ends = dict(zip(("mean", "std"), np.quantile([means, stds], [low, 1 - low], axis=1).T))
+    drawn_statistics = {"mean": means, "std": stds}
+    if RELATIVE_STD in labels:
+        drawn_statistics[RELATIVE_STD] = stds / means
+    ends = {label: np.quantile(drawn, [low, 1 - low]) for label, drawn in drawn_statistics.items()}
     spread = float(_mean((sample.values - _mean(sample.values, sample.weights)) ** 2, sample.weights) ** 0.5)
     # factor on deviations: samples that are alike scatter less about their own mean than about the true one
     times = spread / float(np.sqrt(degrees) * means.std()) if means.std() > 0 else 1.0
@@ -373,6 +390,11 @@ def _bounded_ends(
 ) -> np.ndarray:
     """Return the ends of intervals that hold wherever limited values lie between their bounds."""
     assert sample.bounds is not None
+    if labels == [RELATIVE_STD]:
+        (std_low, mean_low), (std_high, mean_high) = _bounded_ends(
+            sample, count, ["std", "mean"], confidence, resamples, seed
+        )
+        return np.array([[std_low / mean_high], [std_high / mean_low if mean_low > 0 else np.inf]])
     low, high = finite_ends(sample.bounds)
     parts = []
     with np.errstate(over="ignore", invalid="ignore"):
@@ -401,9 +423,10 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
     n = values.size
     low = values.min()
     high = values.max()
-    if label == "std":
+    if label in ("std", RELATIVE_STD):
         scaled = estimate * (ends / estimate) ** times if estimate > 0 else ends
-        return np.clip(scaled, 0.0, 0.5 * (high - low) * np.sqrt(n / (n - 1)))
+        largest = 0.5 * (high - low) * np.sqrt(n / (n - 1)) if label == "std" else np.sqrt(n)
+        return np.clip(scaled, 0.0, largest)
     if label == "mean":
         ends = estimate + (ends - estimate) * times
         # a tail that resamples do not show
@@ -433,7 +456,7 @@ def _small_sample_ends(label: str, sample: Samples, count: float, confidence: fl
     estimate = _estimate(label, values, weights)
     tails = np.array([0.5 - confidence / 2, 0.5 + confidence / 2])
     lost = (1 - 1 / _effective_count(weights, values.size)) / (1 - 1 / count)  # to the mean of like places
-    if label == "std":
+    if label in ("std", RELATIVE_STD):
         return estimate * np.sqrt(lost * (count - 1) / chi2.ppf(tails[::-1], count - 1))
     positive = values.min() >= 0 and values.max() > 0
     # lower bound of samples, as a fraction of the mean, before the logarithm
