@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import archive
-from roughxr.application import cli
+from roughxr.application import archive, cli
 from roughxr.archive import load, save
 from roughxr.mechanics.asperity.superposition import superpose
 from roughxr.mechanics.contact.elastic import direct

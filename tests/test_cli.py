@@ -17,8 +17,9 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from roughxr import archive, report, scans, superpose
-from roughxr.application.cli import main
+from roughxr import archive, superpose
+from roughxr.application import report
+from roughxr.application.cli import file_commands, main
 from roughxr.application.cli.checks import both_counts
 from roughxr.application.cli.options import command_line
 from roughxr.application.reproduction import conclusion, printed, printed_tables
@@ -456,7 +457,7 @@ def test_an_interrupt_elsewhere_promises_nothing(tmp_path, monkeypatch, capsys):
             raise SystemError("returned a result with an exception set") from error
 
     scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
-    monkeypatch.setattr(scans, "open_scan", interrupted)
+    monkeypatch.setattr(file_commands, "open_scan", interrupted)
     assert main(["convert", str(tmp_path / "scan.nc"), "-o", str(tmp_path / "out.gsf")]) == 130
     assert capsys.readouterr().err == "roughxr: interrupted\n"
 
@@ -682,7 +683,7 @@ def _library():
 @pytest.mark.parametrize("fault", [_bug, _library])
 def test_an_error_that_is_no_refusal_shows_where_it_is(fault, tmp_path, monkeypatch):
     scan(rough(32)).to_netcdf(tmp_path / "scan.nc")
-    monkeypatch.setattr(scans, "open_scan", lambda *_, **__: fault())
+    monkeypatch.setattr(file_commands, "open_scan", lambda *_, **__: fault())
     with pytest.raises((TypeError, ValueError)):
         main(["convert", str(tmp_path / "scan.nc"), "-o", str(tmp_path / "out.nc")])
 

@@ -12,8 +12,8 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import archive, report
-from roughxr.application import tables
+from roughxr import report
+from roughxr.application import archive, tables
 from roughxr.application.cli import main
 from roughxr.application.runs import analysis, several
 from roughxr.files.doors import kind_of

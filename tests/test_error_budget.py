@@ -6,7 +6,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import roughxr
-from roughxr import archive, figures, report
+from roughxr import archive, figures
+from roughxr.application import report
 from roughxr.application.report.summary import BUDGET
 from roughxr.mechanics.studies import budget_changes
 from roughxr.mechanics.studies.assumptions import CHANGES

@@ -12,7 +12,8 @@ import xarray as xr
 from matplotlib.image import imread
 
 import roughxr
-from roughxr import archive, report
+from roughxr import archive
+from roughxr.application import report
 from roughxr.application.cli import main
 from roughxr.application.report.explorer import explorer_page, page_data
 

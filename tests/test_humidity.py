@@ -7,8 +7,8 @@ from scipy.integrate import quad
 from scipy.special import ndtr, ndtri
 
 import roughxr
-from roughxr import reference, report
-from roughxr.application import cli
+from roughxr import reference
+from roughxr.application import cli, report
 from roughxr.application.cli.options import command_line
 from roughxr.application.cli.running import paired
 from roughxr.mechanics.bodies import liquid

@@ -17,8 +17,8 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import archive, figures, report
-from roughxr.application import cli
+from roughxr import archive, figures
+from roughxr.application import cli, report
 from roughxr.application.headline import _next_step
 from roughxr.application.report.run_tables import debris_flags
 from roughxr.application.report.summary import critical_median

@@ -17,8 +17,8 @@ import psutil
 import pytest
 import xarray as xr
 
-from roughxr import archive, checkpointed, direct
-from roughxr.application import checkpoint
+from roughxr import checkpointed, direct
+from roughxr.application import archive, checkpoint
 from roughxr.application.checkpoint import item_keys
 from roughxr.files.storage import open_locked, open_locked_raw
 from roughxr.mechanics.contact import elastic

@@ -8,7 +8,8 @@ import pandas as pd
 import pytest
 
 import roughxr
-from roughxr import archive, report
+from roughxr import archive
+from roughxr.application import report
 from roughxr.application.cli import main
 from roughxr.mechanics.studies import extrapolation
 

@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import archive, report
-from roughxr.application import cli
+from roughxr import archive
+from roughxr.application import cli, report
 from roughxr.application.runs import analysis, several
 from roughxr.application.runs import parts as run_parts
 from roughxr.mechanics.jobs.progress import Stages, progress
