@@ -1,5 +1,8 @@
 """Archives: one NetCDF-4 file for a run, with a group for each Dataset."""
 
-import lazy_loader
+from .application.archive import load, save
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__package__, __file__)
+__all__ = [
+    "load",
+    "save",
+]

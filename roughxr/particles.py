@@ -1,5 +1,20 @@
 """Particles on a surface: resting positions, loads, detachment, and the fraction that remains."""
 
-import lazy_loader
+from .mechanics.particles.adhesion_parameters import parameters
+from .mechanics.particles.dem import to_dem
+from .mechanics.particles.force_balance import critical_load
+from .mechanics.particles.kinetics import biasi_adhesion, rock_n_roll
+from .mechanics.particles.loads import Flow
+from .mechanics.particles.remaining_fraction import resuspension
+from .mechanics.particles.resting_places import resting
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__package__, __file__)
+__all__ = [
+    "Flow",
+    "biasi_adhesion",
+    "critical_load",
+    "parameters",
+    "resting",
+    "resuspension",
+    "rock_n_roll",
+    "to_dem",
+]

@@ -1,5 +1,13 @@
 """Reports of a run: its main numbers and cautions in words, a static and an interactive HTML page."""
 
-import lazy_loader
+from .application.report.caveats import cautions
+from .application.report.explorer import write_explorer
+from .application.report.report_page import write_report
+from .application.report.summary import headline
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__package__, __file__)
+__all__ = [
+    "cautions",
+    "headline",
+    "write_explorer",
+    "write_report",
+]

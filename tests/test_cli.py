@@ -441,7 +441,7 @@ def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
 
 def test_an_interrupted_process_ends_without_the_tasks_that_still_compute():
     program = (
-        "import time; from concurrent.futures import ThreadPoolExecutor; from roughxr import cli;"
+        "import time; from concurrent.futures import ThreadPoolExecutor; from roughxr.application import cli;"
         "ThreadPoolExecutor(1).submit(time.sleep, 60); cli.main = lambda: 130; cli.main_of_process()"
     )
     assert subprocess.run([sys.executable, "-c", program], timeout=59).returncode == 130

@@ -63,7 +63,7 @@ def test_the_page_names_each_equation_once():
 
 def test_each_function_on_the_page_exists():
     text = PAGE.read_text(encoding="utf-8")
-    names = re.findall(r"`~?((?:roughxr\.|kernels\.)[\w.]+)`", text)
+    names = re.findall(r"`~?((?:roughxr\.|mechanics\.kernels\.)[\w.]+)`", text)
     assert len(names) > 25
     assert all(callable(resolved(name)) for name in names)
     assert all(re.match(r"({py:func})?`[\w~.]+`<br>|a step to 15<br>", row[3]) for row in rows())

@@ -224,7 +224,7 @@ def test_a_reader_ends_with_its_caller(tmp_path):
     reader.write_text(READER)
     code = (
         "import pathlib, threading, time\n"
-        "from roughxr.scans import reader_process as rp\n"
+        "from roughxr.files.images import reader_process as rp\n"
         f"path = pathlib.Path({str(reader)!r})\n"
         "asked = {'target': rp.answer, 'args': (path, str(path)), 'kwargs': {'action': 'never end'}}\n"
         "threading.Thread(daemon=True, **asked).start()\n"
