@@ -10,6 +10,7 @@ import roughxr
 from roughxr.mechanics.asperity import moments
 from roughxr.mechanics.contact.adhesion import adhesive_and_moments
 from roughxr.mechanics.kernels.asperity import jkr, maugis
+from roughxr.mechanics.kernels.topography import interpolation
 
 from .surfaces import glass_pair, paraboloids, rough, scan
 from .test_identities import places
@@ -345,3 +346,17 @@ def test_a_solution_without_fields_is_refused():
         surface.contact.superpose(delta=[0.0, 1.0]).contact.rolling()
     with pytest.raises(ValueError, match="fields=True"):
         surface.contact.superpose(delta=[0.0, 1.0]).contact.pull_off().contact.rolling()
+
+
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
+def test_the_error_of_a_lever_contains_the_heights_between_the_pixels(monkeypatch):
+    """On roughness as fine as the pixels, other heights between them move a lever by most of its mean."""
+    surface = roughxr.scans.synthetic.self_affine((80, 80), 16.0, rms=2, hurst=0.8, rolloff=400, cutoff=18, seed=51)
+    pair = surface.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0.06)
+    options = {"subregions": (3, 1), "mesh": 2, "directions": 12}
+    _, moments = adhesive_and_moments(pair, **options)
+    monkeypatch.setattr("roughxr.mechanics.contact.problem.band_limited", interpolation.splined)
+    _, splined = adhesive_and_moments(pair, **options)
+    change = abs(splined.lever - moments.lever).max("direction") / abs(moments.lever).mean("direction")
+    assert (moments.lever_error > 0.75 * change).all() and float(change.max()) > 0.7

@@ -2,13 +2,16 @@
 
     python tests/benchmarks/levers.py [--places 8] [--only "soft 54"]
     python tests/benchmarks/levers.py --cost
+    python tests/benchmarks/levers.py --pixels
 
 The levers of single bumps, of the glass twin and of rough surfaces, stiff, soft and humid, on the mesh of a pull-off
 with two cells to a pixel; true are those on cells four times smaller than the last, at most 16 to a pixel. Only the
 glass twin and the surfaces 54 and 55 set constants; places with 16 cells to a pixel are left out. Printed are the share
 of places at which the stated error covers the largest difference in any direction, and the share of all directions in
 which it does. Half an hour. ``--cost``: the processor time of the levers over that of the pull-off of the same places,
-in one process and in alternation, of the glass twin and of the rough sample.
+in one process and in alternation, of the glass twin and of the rough sample. ``--pixels``: the same shares at 24
+places of stiff surfaces on every second pixel, where true are the levers on all pixels, with cells half as large: of
+surfaces whose roughness the second pixels show, and of such whose finest third of an octave or more they do not.
 """
 
 import argparse
@@ -35,6 +38,18 @@ ROUGH = {
     "soft 58": (58, 8.0, 80, 0.5, 0.1, 1500, 0.8, "jkr"),
     "soft 61": (61, 6.0, 90, 1.0, 0.1, 2000, 0.9, "jkr"),
 }
+
+
+#: The same of surfaces whose every second pixel is taken, but for the cutoff; pixel (nm), and cutoffs (nm) that every
+#: second pixel shows, and does not.
+HALVED = {
+    "stiff 51": (51, 2.0, 40.0, 0.06, 500, 0.8),
+    "stiff 52": (52, 4.0, 40.0, 0.3, 2000, 0.5),
+    "medium 53": (53, 5.0, 3.0, 0.1, 1000, 0.8),
+    "medium 57": (57, 3.0, 10.0, 0.1, 1000, 0.7),
+}
+HALVED_PIXEL = 8.0
+CUTOFFS = (34, 24)
 
 
 def scan_of(height, pixel):
@@ -124,10 +139,14 @@ def main():
     parser.add_argument("--places", type=int, default=8)
     parser.add_argument("--only", help="one surface, by its name; default: all")
     parser.add_argument("--cost", action="store_true", help="print the cost of the levers instead")
+    parser.add_argument("--pixels", action="store_true", help="print the effect of larger pixels instead")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     if options.cost:
         cost()
+        return
+    if options.pixels:
+        print_pixels(6)
         return
     rows = {}
     for name, scan, places, law in cases(options.places):
@@ -135,6 +154,23 @@ def main():
             rows.setdefault(name, []).append(errors(scan, places, law))
             print_row(name, rows[name])
     print_row("all", [part for parts in rows.values() for part in parts])
+
+
+def print_pixels(count):
+    """Print the coverage of the levers on every second pixel of surfaces that these show, and do not show."""
+    for cutoff in CUTOFFS:
+        parts = []
+        for seed, rms, modulus, work, radius, hurst in HALVED.values():
+            options = {"rms": rms, "hurst": hurst, "rolloff": 400, "cutoff": cutoff, "seed": seed}
+            made = roughxr.scans.synthetic.self_affine((160, 160), HALVED_PIXEL, **options)
+            pair = {"sphere_radius": radius, "contact_modulus": modulus, "work_of_adhesion": work}
+            fine = made.contact.assign_pair(**pair)
+            scan = fine.isel(x=slice(None, None, 2), y=slice(None, None, 2))
+            moments = rolled(scan, regions.sample(regions.centres(scan, (8, 8)), count), "auto", 2)
+            true = rolled(fine, moments[["pull_off_force"]], "auto", 2).lever
+            lever = abs(true).mean("direction")
+            parts.append((moments.lever_error.values, (abs(moments.lever - true) / lever).values, lever.values))
+        print_row(f"cutoff {cutoff} nm on pixels of {2 * HALVED_PIXEL:g} nm", parts)
 
 
 def print_row(name, parts):

@@ -63,7 +63,9 @@ def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     rows = {
         "resisting moment, median over places and directions [nN nm]": moment,
         "lever arm, median over places and directions [nm]": lever,
-        "error of the lever arm by mesh and states, median place [%]": _median_percent(moments, "lever_error"),
+        "error of the lever arm by mesh, states and heights between pixels, median place [%]": _median_percent(
+            moments, "lever_error"
+        ),
     }
     for part, label in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
         rows[f"critical friction velocity, {label} [m/s]"] = float(by_share(speed).quantile(part))

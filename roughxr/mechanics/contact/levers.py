@@ -1,7 +1,8 @@
 """Resisting moments of a place's contacts, from the states of its pull-off, with the errors of their levers.
 
 The states of the retraction are those of the pull-off itself. The mesh's error follows from cells twice as large; at
-small places, cells are halved further while the lever changes.
+small places, cells are halved further while the lever changes. That of the heights between the pixels follows from an
+interpolation by splines, as the pull-off's.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from .adhesion_on_cells import Adhesion, interaction_range
 from .cycle import Cycles, cycles_on, largest_displacement
 from .mesh import MOST_REFINED
-from .problem import Place, cell_axes, surface_at
+from .problem import Place, Problem, cell_axes, surface_at
 
 #: Change of the lever from cells twice as large, over the mean of all directions, above which cells are halved again.
 _ACCURACY = 0.1
@@ -49,8 +50,7 @@ def lever_results(place: Place, cycles: Cycles, adhesion: Adhesion) -> dict[str,
         on_mesh = cycles
         if refine != solved_on:
             other = problem._replace(refine=refine)
-            end_step = _ROUGH_END if refine < solved_on else SHORTEST_STEP
-            on_mesh = cycles_on(surface_at(place, other), other, adhesion, steepest_only=True, end_step=end_step)
+            on_mesh = _retraction(place, other, adhesion, solved_on)
         coarser, (record, every_second) = record, _moments_on(place, on_mesh, layout)
         change = lever_change(coarser, record)
         mesh_error = change * (1.0 if ADHESION_LAWS[adhesion.law].has_range else _SLOW_CHANGE)
@@ -58,10 +58,22 @@ def lever_results(place: Place, cycles: Cycles, adhesion: Adhesion) -> dict[str,
         record["lever_error"] = np.sqrt(max(mesh_error, edge) ** 2 + lever_change(every_second, record) ** 2)
         if refine >= solved_on and change < _ACCURACY:
             break
+    if refine > 1:
+        on_larger = refine == solved_on > 2  # large places, on cells that are no pixels: nothing lies between these
+        other = problem._replace(refine=refine // (1 + on_larger), splined=True)
+        splined, _ = _moments_on(place, _retraction(place, other, adhesion, solved_on), layout)
+        between = lever_change(splined, coarser if on_larger else record)
+        record["lever_error"] = np.hypot(record["lever_error"], between)
     scale = cycles.pull_offs[0] / record["pull_off_force"]
     for name in ("resisting_moment", "tipping_force"):
         record[name] *= scale
     return {own_name: record[name] for own_name, name in KEPT.items()}
+
+
+def _retraction(place: Place, problem: Problem, adhesion: Adhesion, solved_on: int) -> Cycles:
+    """Return the cycle on another mesh, or on other heights between the pixels."""
+    end_step = _ROUGH_END if problem.refine < solved_on else SHORTEST_STEP
+    return cycles_on(surface_at(place, problem), problem, adhesion, steepest_only=True, end_step=end_step)
 
 
 def _refinements(pixels: float, solved_on: int) -> list[int]:
