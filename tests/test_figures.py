@@ -20,6 +20,7 @@ from roughxr.accessor import ContactAccessor
 from roughxr.application.figures import style
 from roughxr.application.reproduction import paper_figures
 from roughxr.mechanics.asperity.catalogue import asperities
+from roughxr.mechanics.asperity.pull_off_maps import pull_off_map
 from roughxr.mechanics.asperity.reconstruction import reconstruct
 from roughxr.mechanics.asperity.superposition import superpose
 from roughxr.mechanics.bodies.pair import assign_pair
@@ -28,7 +29,7 @@ from roughxr.mechanics.scans import regions
 from roughxr.mechanics.statistics.sampling import by_share
 from roughxr.mechanics.vocabulary import schema
 from roughxr.mechanics.vocabulary.units import converts, factor
-from roughxr.statistics import LAWS, bootstrap, debris, pull_off
+from roughxr.statistics import LAWS, bootstrap, debris, fit, pull_off
 
 #: Labels of numbers without a unit.
 UNIT_ONE = ("samples", "ln(B/A)", "axis ratio", "probability density", "/P_c", "/a_c", "delta_c", "rough / smooth")
@@ -486,6 +487,49 @@ def test_a_map_of_tension_alone_shows_no_pressure_of_the_same_darkness(run):
     tension = -run["solutions/contact"]["pressure"]
     bar = figures.field_map(run["solutions/contact"].assign(pressure=tension)).images[-1].colorbar
     assert bar.ax.get_ylim() == (pytest.approx(float(tension.min())), 0.0)
+
+
+def test_a_contact_of_two_cells_is_outlined_along_its_cells(run):
+    contact = run["solutions/contact"]
+    pressure = xr.zeros_like(contact["pressure"])
+    pressure[..., 4:6, 4] = 1.0
+    ax = figures.field_map(contact.assign(pressure=pressure))
+    (outline,) = ax.collections
+    corners = np.array(outline.get_segments())
+    assert len(corners) == 6 and (np.ptp(corners, axis=1) > 0).sum(axis=1).tolist() == [1] * 6  # upright or level
+    assert [text.get_text() for text in ax.texts] == ["contact of 2 cells"]
+
+
+def test_two_displacements_of_fields_are_two_panels(run):
+    contact = run["solutions/contact"]
+    two = xr.concat([contact, contact.assign_coords(delta=contact["delta"] + 1)], "delta", data_vars="minimal")
+    titles = [ax.get_title("left") for ax in figures.field_map(two)]
+    assert len(titles) == 2 and titles[0] != titles[1] and all("displacement" in title for title in titles)
+    assert figures.field_map(two, delta=two["delta"].values[0]).get_title("left") == ""
+
+
+def test_a_small_tension_is_as_dark_as_a_large_pressure(run):
+    contact = run["solutions/contact"]
+    pressure = xr.zeros_like(contact["pressure"])
+    pressure[..., 4, 4] = 1.0
+    pressure[..., 5, 4] = -0.01
+    drawn = figures.field_map(contact.assign(pressure=pressure)).images[-1]
+    assert drawn.norm([-0.01, 0.0, 1.0]).tolist() == [0.0, 0.5, 1.0]
+
+
+def test_a_pull_off_map_is_drawn_as_a_map_and_formulas_in_words(run):
+    pull_offs = pull_off_map(run["asperities"], subregions=(3, 3))
+    assert pull_offs.contact.plot().get_xlabel().startswith("x of the contact centre")
+    force = ("formula", [1.0, 2.0], {"units": "nN"})
+    formulas = xr.Dataset({"pull_off_force": force}, {"formula": ["bradley", "rumpf_rms"]})
+    labels = [tick.get_text() for tick in formulas.contact.plot().get_yticklabels()]
+    assert labels == ["Bradley, smooth sphere", "Rumpf, by rms height"]
+
+
+def test_fitted_laws_are_drawn_over_the_histogram_of_their_samples():
+    fits = fit(force_of(np.random.default_rng(1).normal(50, 5, 200)), simulations=0)
+    bars = fits.contact.plot().patches[0].get_data()
+    assert float((bars.values * np.diff(bars.edges)).sum()) == pytest.approx(1.0)
 
 
 def force_of(values):

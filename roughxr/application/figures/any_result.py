@@ -76,6 +76,8 @@ def plot(
     """
     if isinstance(ds, xr.DataArray):
         return _array(ds, ax=ax, **options)
+    if name is None and "pull_off_force" in ds and "contacts" in ds and ds["contacts"].dims == ("subregion",):
+        return subregion_map(ds, ax=ax, **options)  # of `pull_off_map`
     if name is None:
         parts = set(map(str, [*ds.data_vars, *ds.dims]))
         if (draw := next((draw for needs, draw in _OWN_FIGURES if needs <= parts), None)) is not None:

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
 from ...mechanics.scans import regions
 from ...mechanics.vocabulary import schema
+from ...mechanics.vocabulary.numbers import number
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.units import Quantity, magnitude
 from .images import COLOURS, image
-from .style import BLACK, BLUE, TEXT, Axes, axes, label_axes, styled
+from .style import BLACK, BLUE, COLUMN, SMALL, TEXT, Axes, axes, label_axes, panels, styled
+
+#: Largest number of displacements or loads that are drawn in panels of their own.
+_MOST_PANELS = 4
+
+#: Number of cells from which a contact is drawn without their number.
+_FEW_CELLS = 12
 
 
 @styled
@@ -22,17 +31,23 @@ def field_map(
     subregion: int | None = None,
     delta: Quantity | None = None,
     ax: Axes | None = None,
-):
-    """Draw pressure, displacement or gap of one contact, with the outline of the contact.
+) -> Any:
+    """Draw pressure, displacement or gap of one contact cell by cell, with the outline of the contact.
 
     Parameters
     ----------
     ds : Dataset
-        A solution of `direct` or `adhesive` with fields; of `adhesive` with tension, blue, beside pressure, red.
+        A solution of `direct` or `adhesive` with fields; of `adhesive` with tension, blue, beside pressure, red, each
+        on its own scale.
     scan : Dataset, optional
         The scan that it was solved on: its heights are drawn in grey below the pressure, and yielded cells outlined.
     subregion, delta : optional
-        By default the first place, and the largest displacement (nm); the nearest one is drawn.
+        By default the first place, and each of two to four displacements or loads in a panel of its own; of more, and
+        on a given ``ax``, the largest. Else the nearest displacement (nm) is drawn.
+
+    Returns
+    -------
+    Axes, or an array of several
 
     Examples
     --------
@@ -45,9 +60,22 @@ def field_map(
     schema.one_of(name, ("pressure", "displacement", "gap"), "name")
     if scan is not None and name != "pressure":
         raise Refusal("scan", "with name='pressure', to be drawn below it", f"name={name!r}")
-    contact = _contact(ds, subregion, delta)
+    pressed = [dim for dim in ("delta", "load", "preload") if 1 < ds.sizes.get(dim, 1) <= _MOST_PANELS]
+    if ax is not None or delta is not None or len(pressed) != 1:
+        return _draw_field(axes(ax, aspect=0.85), _contact(ds, subregion, delta), name, scan)
+    (along,) = pressed
+    count = ds.sizes[along]
+    made = panels(None, 1, count, aspect=0.85 / count, width=count * COLUMN)
+    for order, panel in enumerate(made):
+        step = ds.isel({along: [order]})
+        _draw_field(panel, _contact(step, subregion, None), name, scan)
+        panel.set_title(f"{schema.VARIABLES[along].long_name} {number(step[along][0], step[along].attrs['units'], 3)}")
+    return made
+
+
+def _draw_field(ax, contact: xr.Dataset, name: str, scan: xr.Dataset | None):
+    """Draw one field of one contact."""
     pressure = contact["pressure"]
-    ax = axes(ax, aspect=0.85)
     extent = regions.extent(contact)
     if scan is not None:
         heights = _heights(contact, scan).values
@@ -60,13 +88,20 @@ def field_map(
         ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
     elif name == "pressure" and (pressure < 0).any():
         lowest, highest = np.nanmin(pressure), max(np.nanmax(pressure), 0.0)
-        largest = max(-lowest, highest)
-        bar = image(ax, pressure, extent, name, "vlag", limits=(-largest, largest), extend="neither")
-        # tension and pressure are equally dark: only values that occur, so that one sign alone is clear in grey print
-        bar.ax.set_ylim(lowest, highest)
+        # each sign on its own scale, so that a small tension is seen beside a large pressure
+        limits = (lowest, highest or -lowest)
+        bar = image(ax, pressure, extent, name, "vlag", limits=limits, middle=0.0, extend="neither")
+        bar.ax.set_ylim(lowest, highest)  # only values that occur: in grey print both signs look alike
     else:
-        image(ax, contact[name], extent, name, COLOURS[name])
-    _outline(ax, contact, (pressure > 0).values, BLACK)
+        # from zero, so that few cells of similar pressure do not look different
+        limits = (0.0, None) if name == "pressure" else (None, None)
+        image(ax, contact[name], extent, name, COLOURS[name], limits=limits, extend="neither")
+    touching = (pressure > 0).values
+    _outline(ax, contact, touching, BLACK)
+    count = int(touching.sum())
+    if 0 < count < _FEW_CELLS:
+        words = f"contact of {count} cell{'s' * (count > 1)}"
+        ax.text(0.02, 0.98, words, va="top", transform=ax.transAxes, fontsize=SMALL)
     if scan is not None and "residual_height" in contact:
         _outline(ax, contact, contact["residual_height"].values < 0, BLUE)
     _show_contact(ax, contact, extent)
@@ -103,8 +138,8 @@ def _contact(ds: xr.Dataset, subregion: int | None, delta: Quantity | None) -> x
     others = [dim for dim in contact["pressure"].dims if dim not in ("x", "y")]
     contact = contact.isel(dict.fromkeys(others, -1))  # the largest load or preload, on retraction
     size = abs(contact["pressure"])
-    # least tension that is drawn, over the largest pressure or tension
-    shown = size > (0.02 * size.max() if bool((contact["pressure"] < 0).any()) else 0.0)
+    # least tension that is drawn, over the largest tension
+    shown = (contact["pressure"] > 0) | (size > 0.02 * -contact["pressure"].min())
     return contact.assign(pressure=contact["pressure"].where(shown)).transpose("x", "y", ...)
 
 
@@ -119,8 +154,17 @@ def _heights(contact: xr.Dataset, scan: xr.Dataset) -> xr.DataArray:
 
 
 def _outline(ax, contact: xr.Dataset, cells: np.ndarray, color: str):
-    """Draw a line around connected cells."""
-    if cells.any() and not cells.all():
-        mask = cells.T.astype(float)
-        # level of the outline of a mask, below a half, so that diagonal neighbours have one outline: they are one patch
-        ax.contour(contact["x"].values, contact["y"].values, mask, [0.49], colors=[color], linewidths=0.5)
+    """Draw a line along the edges of cells that are next to other cells."""
+    from matplotlib.collections import LineCollection
+
+    if not cells.any() or cells.all():
+        return
+    x_low, x_high, y_low, y_high = regions.extent(contact)
+    x = np.linspace(x_low, x_high, cells.shape[0] + 1)
+    y = np.linspace(y_low, y_high, cells.shape[1] + 1)
+    outer = np.pad(cells, 1)
+    upright = np.argwhere(outer[1:, 1:-1] != outer[:-1, 1:-1])
+    level = np.argwhere(outer[1:-1, 1:] != outer[1:-1, :-1])
+    lines = [[(x[i], y[j]), (x[i], y[j + 1])] for i, j in upright]
+    lines += [[(x[i], y[j]), (x[i + 1], y[j])] for i, j in level]
+    ax.add_collection(LineCollection(lines, colors=color, linewidths=0.5, capstyle="projecting"), autolim=False)

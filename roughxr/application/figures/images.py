@@ -12,9 +12,15 @@ from .style import TEXT, printed_label, round_ticks, tidy, unit_formatter
 COLOURS = {"height": "mako", "pressure": "rocket_r", "displacement": "crest", "gap": "mako_r"}
 
 
-def image(ax, values, extent, name: str, cmap: str, *, limits=(None, None), bar: bool = True, extend=""):
-    """Draw values along (x, y) as an image, with a colour bar labelled from the schema, and return the bar."""
-    style = {"vmin": limits[0], "vmax": limits[1], "cmap": colour_map(cmap), "origin": "lower", "aspect": "equal"}
+def image(ax, values, extent, name: str, cmap: str, *, limits=(None, None), middle=None, bar: bool = True, extend=""):
+    """Draw values along (x, y) as an image, with a colour bar labelled from the schema, and return the bar.
+
+    ``middle`` is the value in the middle of the colours, whose halves then have scales of their own.
+    """
+    from matplotlib.colors import Normalize, TwoSlopeNorm
+
+    norm = Normalize(*limits) if middle is None else TwoSlopeNorm(middle, *limits)
+    style = {"norm": norm, "cmap": colour_map(cmap), "origin": "lower", "aspect": "equal"}
     mappable = ax.imshow(np.asarray(values, dtype=float).T, extent=extent, **style)
     return colorbar(ax, mappable, name, extend or ("neither" if limits[0] is None else "both")) if bar else None
 

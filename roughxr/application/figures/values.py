@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,20 @@ _LAW_RANGE = 0.001, 0.999
 #: Markers of a summary, and their meaning.
 _MARKS = {"|": "median", "o": "mean", "x": "extremes"}
 
+#: Formulas and the names that readers know them by.
+FORMULAS = {
+    "sum": "rigid bodies, attraction summed over the scan (median place)",
+    "bradley": "Bradley, smooth sphere",
+    "rumpf": "Rumpf, median radius of the asperities",
+    "rumpf_rms": "Rumpf, by rms height",
+    "rabinovich": "Rabinovich, one scale",
+    "rabinovich_two_scales": "Rabinovich, two scales",
+    "gaussian_heights": "rigid bodies, Gaussian heights with the scan's rms",
+    "smooth": "smooth sphere, 4πRγ cos θ plus dry van der Waals force",
+    "summit": "smooth sphere on one hemisphere with the asperities' median radius",
+    "plane_below": "Rabinovich 2002, plane at a depth of 1.82 rms (0: no liquid reaches it)",
+}
+
 
 @styled
 def named_values(ds: xr.Dataset, name: str, *, ends: tuple[str, str] | None = None, ax: Axes | None = None):
@@ -50,7 +65,8 @@ def named_values(ds: xr.Dataset, name: str, *, ends: tuple[str, str] | None = No
     values = rows[name].values
     low, high = (rows[end].values for end in ends) if ends else (values, values)
     confidence = float(ds.attrs.get("confidence", 0.95))
-    return _rows(rows[dim].values, (values, low, high), str(ds.attrs.get("variable", name)), ax, confidence)
+    names = [FORMULAS[entry] for entry in rows[dim].values] if dim == "formula" else rows[dim].values
+    return _rows(names, (values, low, high), str(ds.attrs.get("variable", name)), ax, confidence)
 
 
 def _rows(names: Any, columns: tuple[Any, Any, Any], label: str, ax: Axes | None, confidence: float = 0.95):
@@ -75,7 +91,8 @@ def _row_axes(names: Any, ax: Axes | None) -> tuple[Axes, np.ndarray]:
     """Return Axes with one row for each name from the top, and the positions of the rows."""
     ax = axes(ax, aspect=0.25 + 0.06 * len(names))
     order = np.arange(len(names))
-    ax.set_yticks(order, [str(name).replace("_", " ") for name in names])
+    # width of a name, in characters
+    ax.set_yticks(order, [textwrap.fill(str(name).replace("_", " "), 34) for name in names])
     ax.set_ylim(order.size - 0.5, -0.5)
     return ax, order
 
@@ -187,8 +204,11 @@ def _labelled(ax, parameter: xr.DataArray, name: str):
 
 @styled
 def fitted_laws(fits: xr.Dataset, *, ax: Axes | None = None):
-    """Draw the densities of fitted laws in the order of their AIC."""
+    """Draw the densities of fitted laws in the order of their AIC, over the histogram of the samples."""
     ax = axes(ax)
+    if "bin_edges" in fits.attrs:
+        label = f"{fits.attrs['samples']} samples"
+        ax.stairs(fits.attrs["density"], fits.attrs["bin_edges"], fill=True, alpha=0.18, color=BLUE, label=label)
     fits = fits.dropna("law", subset=["aic"])
     ends = [fitted_law(fits, str(law)).ppf(_LAW_RANGE) for law in fits["law"].values]
     law_curves(ax, fits, np.linspace(np.min(ends), np.max(ends), 400))

@@ -17,6 +17,7 @@ from ...mechanics.studies.uncertainty_budget import accuracy_words
 from ...mechanics.vocabulary.adhesion_laws import HERTZ
 from ...mechanics.vocabulary.error_sources import UNSEEN
 from ...mechanics.vocabulary.numbers import number, percent, prefixed, value_and_interval, with_error
+from ..figures.values import FORMULAS
 from ..headline import best_estimate
 from .detachment import DETACHMENT, detachment_table
 from .summary import BUDGET, run_fluid
@@ -134,21 +135,6 @@ def scan_table(run: Run) -> pd.DataFrame:
     return pd.DataFrame({"scan": rows}).rename_axis("quantity")
 
 
-#: Formulas and the names that readers know them by.
-_FORMULAS = {
-    "sum": "rigid bodies, attraction summed over the scan (median place)",
-    "bradley": "Bradley, smooth sphere",
-    "rumpf": "Rumpf, median radius of the asperities",
-    "rumpf_rms": "Rumpf, by rms height",
-    "rabinovich": "Rabinovich, one scale",
-    "rabinovich_two_scales": "Rabinovich, two scales",
-    "gaussian_heights": "rigid bodies, Gaussian heights with the scan's rms",
-    "smooth": "smooth sphere, 4πRγ cos θ plus dry van der Waals force",
-    "summit": "smooth sphere on one hemisphere with the asperities' median radius",
-    "plane_below": "Rabinovich 2002, plane at a depth of 1.82 rms (0: no liquid reaches it)",
-}
-
-
 def formula_table(run: Run) -> pd.DataFrame:
     """Return the pull-off by the usual formulas, and its ratio to the sum over the scan."""
     force = run["statistics/formulas"]["pull_off_force"]
@@ -157,7 +143,7 @@ def formula_table(run: Run) -> pd.DataFrame:
     if "statistics/adhesive" in run:
         columns["over simulation with adhesion"] = force / float(run["statistics/adhesive"]["pull_off_force"].median())
     table = pd.DataFrame({name: column.values for name, column in columns.items()})
-    table.index = pd.Index([_FORMULAS[name] for name in force["formula"].values], name="formula")
+    table.index = pd.Index([FORMULAS[name] for name in force["formula"].values], name="formula")
     return table
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
+from .densities import bin_shares
 from .sampling import samples, without_weights
 
 
@@ -67,7 +68,8 @@ def fit(
         ``aic``, ``aic_difference`` to the best, ``akaike_weight``, ``ks_distance`` (largest distance between empirical
         and fitted cumulative probability), and ``ks_p_value``; NaN if a law is not defined for the samples. Places are
         taken as independent; if they are not, ``ks_p_value`` is too small and differences in AIC are too large. Pull-
-        off forces that are known by their limits are censored; then ``ks_distance`` and ``ks_p_value`` are NaN.
+        off forces that are known by their limits are censored; then ``ks_distance`` and ``ks_p_value`` are NaN. The
+        attributes ``bin_edges`` and ``density`` are the histogram of the samples.
 
     Raises
     ------
@@ -117,7 +119,11 @@ def fit(
     out["akaike_weight"] = weight / weight.sum()
     for parameter in ("location", "scale"):
         out[parameter].attrs["units"] = ds[name].attrs.get("units", "1")
-    out = schema.label(out).assign_attrs(variable=name, samples=values.size)
+    # most bins of a histogram: rules for their width fail where most samples are similar and a few are far off
+    edges = np.histogram_bin_edges(values, bins=min(48, np.histogram_bin_edges(values, bins="auto").size - 1))
+    shares, above = bin_shares(sample, edges)
+    density = shares / ((shares.sum() + above) * np.diff(edges))
+    out = schema.label(out).assign_attrs(variable=name, samples=values.size, bin_edges=edges, density=density)
     out.attrs["missing"] = "NaN where a law is not defined for the samples"
     return schema.record(out, "fit", ds, name=name, simulations=simulations)
 
