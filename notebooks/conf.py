@@ -24,6 +24,7 @@ matplotlib.use("Agg")
 
 # Modules under the names by which users know them.
 sys.modules |= {f"roughxr.{name}": getattr(roughxr, name) for name in ("reference", "schema")}
+sys.modules |= {f"roughxr.scans.{name}": getattr(roughxr.scans, name) for name in ("regions", "synthetic")}
 
 # The example pages use coarse meshes, of which roughxr warns; Sphinx's own warnings are no Python warnings.
 warnings.simplefilter("ignore", UserWarning)
