@@ -11,8 +11,9 @@ pixels are unseen. A second scan is a corner of 160 pixels of the map with a tip
 The first table scores one scan, each surface by numbers set on the other AFM maps: the image as it is, 0.65 of it, a
 constant with a symmetric width (a), two ends by a split normal distribution (b), the same about a regression on the
 pixel series (c), and the ends of `roughxr.extrapolated` set anew: the least interval score over all octaves, times a
-factor for surfaces that are harder than all of these. The interval score is the width plus 40 times what lies outside,
-in ln. The second table scores the second scan, the third, with ``--varied``, other radii and another pair.
+factor for surfaces that are harder than all of these; then the same without each of their constants. The interval
+score is the width plus 40 times what lies outside, in ln. The second table scores the second scan, the third states
+its widths and doubts before a solve, and the last, with ``--varied``, other radii and another pair.
 The errors of the pair and of the choice of places are left out of truth and intervals alike.
 """
 
@@ -195,7 +196,9 @@ class Row(NamedTuple):
     """An image of a surface."""
 
     pixels: int
-    octaves: float  # unseen
+    octaves: float  # unseen, as shipped
+    without_least: float  # the same without the fewest octaves that tip and noise hide
+    alike: float  # the same where those below the tested wavelengths count as those above
     log: float  # ln(truth / image)
     series: float  # ln(image / every second pixel of it)
 
@@ -244,6 +247,16 @@ def simulated(scan, places, radius, materials):
     return {"mean": float(np.nanmean(forces)), "each": forces.tolist()}
 
 
+def counted_octaves(longest, end):
+    """Return unseen octaves without the fewest that tip and noise hide."""
+    least = extrapolation._FEWEST_OCTAVES
+    extrapolation._FEWEST_OCTAVES = 0.0
+    try:
+        return extrapolation.unseen_octaves(longest, end)
+    finally:
+        extrapolation._FEWEST_OCTAVES = least
+
+
 class Surface:
     """A measured surface, its images and its results."""
 
@@ -272,8 +285,11 @@ class Surface:
             coarser = np.nan
             if not case:
                 coarser = self.mean(f"/{pixels}/2", lambda k=pixels: every(sampled(self.dilated, k), 2), *how)
-            octaves = extrapolation.unseen_octaves(2 * pixels * self.pixel, self.end)
-            out.append(Row(pixels, octaves, float(np.log(truth / image)), float(np.log(image / coarser))))
+            longest = 2 * pixels * self.pixel
+            octaves = extrapolation.unseen_octaves(longest, self.end)
+            alike = max(float(np.log2(longest / self.end)), extrapolation._FEWEST_OCTAVES)
+            counts = octaves, counted_octaves(longest, self.end), alike
+            out.append(Row(pixels, *counts, float(np.log(truth / image)), float(np.log(image / coarser))))
         return out
 
     def paired(self, pixels):
@@ -402,18 +418,29 @@ class Constants(NamedTuple):
     centre: float  # for each octave
     lowest: float  # for each octave
     highest: float
+    count: str  # of octaves, a field of `Row`
 
     def ends(self, row):
         """Return the ends for an image."""
-        return Ends(self.lowest * row.octaves, self.centre * row.octaves, self.highest)
+        octaves = getattr(row, self.count)
+        return Ends(self.lowest * octaves, self.centre * octaves, self.highest)
 
 
-def fitted(rows):
+def fitted(rows, harder=HARDER, count="octaves"):
     """Return the constants of images of some surfaces."""
-    octaves, logs = np.array([(row.octaves, row.log) for row in rows]).T  # of all images
+    octaves, logs = np.array([(getattr(row, count), row.log) for row in rows]).T  # of all images
     centre = float((octaves * logs).sum() / (octaves**2).sum())
-    lowest = -HARDER * least_score(octaves, -logs)
-    return Constants(centre, lowest, HARDER * least_score(np.ones(logs.size), logs))
+    lowest = -harder * least_score(octaves, -logs)
+    return Constants(centre, lowest, harder * least_score(np.ones(logs.size), logs), count)
+
+
+#: Arguments of `fitted` by what is left out of what is shipped.
+LEFT_OUT = {
+    "unseen octaves": {},
+    f"- ends not times {HARDER:g}": {"harder": 1.0},
+    f"- no least of {extrapolation._FEWEST_OCTAVES:g} octaves": {"count": "without_least"},
+    "- all octaves count alike": {"count": "alike"},
+}
 
 
 def score(ends, log):
@@ -431,14 +458,15 @@ def print_one_scan(title, rows, training):
         for name, images in rows.items():
             row = images[at]
             all_others = [other for other_name, other in training.items() if other_name != name]
+            rows_of_others = list(itertools.chain(*all_others))
             others = [images_of_other[at] for images_of_other in all_others]
             logs = [other.log for other in others]
             ways = {
                 "(a) a constant, symmetric": symmetric(logs),
                 "(b) two ends": split_normal(logs),
                 "(c) two ends, pixel series": on_series(others, row),
-                "unseen octaves": fitted(itertools.chain(*all_others)).ends(row),
             }
+            ways |= {way: fitted(rows_of_others, **arguments).ends(row) for way, arguments in LEFT_OUT.items()}
             for constant in (1.0, 0.65):
                 results.setdefault(f"{constant:g} of the image", []).append((np.log(constant) - row.log, *[np.nan] * 3))
             for way, ends in ways.items():
@@ -524,10 +552,8 @@ def main():
             print_varied(case, images, training)
     print_second_scan({name: second[name] for name in training})
     print_door({name: door[name] for name in training})
-    constants = ", ".join(
-        f"{name} {value:.2f}" for name, value in fitted(itertools.chain(*training.values()))._asdict().items()
-    )
-    print(f"\nconstants of all AFM maps: {constants}")
+    shipped = fitted(list(itertools.chain(*training.values())))
+    print(f"\nconstants of all AFM maps: {', '.join(f'{value:.2f}' for value in shipped[:3])}")
 
 
 def print_varied(case, rows, training):
@@ -535,7 +561,7 @@ def print_varied(case, rows, training):
     inside = []
     for name, images in rows.items():
         others = (other for other_name, other in training.items() if other_name != name)
-        constants = fitted(itertools.chain(*others))
+        constants = fitted(list(itertools.chain(*others)))
         solved_images = [row for row in images if np.isfinite(row.log)]
         inside += [constants.ends(row).low <= row.log <= constants.ends(row).high for row in solved_images]
     rms = [np.sqrt(np.nanmean([images[at].log ** 2 for images in rows.values()])) for at in range(len(PIXELS))]
