@@ -58,6 +58,30 @@ def retraction_with_tail(rng, kind):
     return z, force + noise_of_detector + rng.normal(0, 50) + rng.normal(0, 0.02) * z, pull
 
 
+#: Returns of the force after the largest tension: shares of it that are left after a way, for a decay length.
+SLOW_RETURNS = {
+    "exponential": lambda way, decay, share: np.exp(-way / decay),
+    "power": lambda way, decay, share: 1 / (1 + way / decay) ** 2,
+    "jump and tail": lambda way, decay, share: np.where(way > 0, (1 - share) * np.exp(-way / decay), 1.0),
+}
+
+
+def retraction_with_slow_return(rng, kind):
+    """Return piezo, force and pull-off force (nN) of a retraction whose tension is lost slowly, with some waves."""
+    length = rng.uniform(500, 4000)
+    piezo = np.linspace(length, 0, int(rng.choice([500, 1000, 2000])))
+    pull = 10 ** rng.uniform(-1, 2)
+    zero = rng.uniform(0.7, 0.9) * length
+    rise = 0.03 * length
+    way = np.maximum(zero - rise - piezo, 0)
+    remainder = SLOW_RETURNS[kind](way, rng.uniform(0.03, 0.2) * length, rng.uniform(0.3, 0.8))
+    force = np.where(way > 0, -remainder, -np.clip((zero - piezo) / rise, -5, 1))
+    turns = 2 * np.pi * piezo / (rng.uniform(0.2, 1.5) * length) + rng.uniform(0, 2 * np.pi)
+    force += rng.choice([0, 0.01, 0.03]) * np.sin(turns) + rng.normal(0, 0.02) * piezo / length
+    noise = 10 ** rng.uniform(-2.5, -1.3)
+    return piezo, pull * (force + rng.normal(0, noise, piezo.size)), pull
+
+
 def retraction_with_fringes(rng, amplitude, *, shape="sine"):
     """Return piezo, force and pull-off force (nN) of a retraction with a jump, and interference about its baseline.
 

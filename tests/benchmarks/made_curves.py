@@ -15,7 +15,13 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from roughxr.files.curves.force_curves import evaluated_retraction
-from tests.force_curves import fringes_without_pull, retraction_with_fringes, retraction_with_tail
+from tests.force_curves import (
+    SLOW_RETURNS,
+    fringes_without_pull,
+    retraction_with_fringes,
+    retraction_with_slow_return,
+    retraction_with_tail,
+)
 
 AMPLITUDES = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
 
@@ -65,6 +71,9 @@ def main():
             scored(f"{shape}, {amplitude:.1%} of the pull", made)
     for kind in ("jump", "linear tail", "exponential tail", "fringe", "second rupture", "slow noise"):
         scored(kind, [retraction_with_tail(np.random.default_rng(seed), kind) for seed in seeds])
+    for kind in SLOW_RETURNS:
+        made = [retraction_with_slow_return(np.random.default_rng(seed), kind) for seed in seeds]
+        scored(f"slow return, {kind}", made)
     for pull in (0, 2, 4, 6, 8, 12, 20):
         scored(f"pull of {pull} noises", [weak(np.random.default_rng(seed), float(pull)) for seed in seeds])
     for pull in (0, 6, 12, 20):

@@ -47,6 +47,7 @@ class Baseline(NamedTuple):
     end: float  # travel at which the used part ends, nm
     longest: float = np.nan  # travel at which the longest straight stretch ends, nm
     noise: float = np.nan  # standard deviation of the samples, nN
+    spread: float = 0.0  # half of the difference between two readings of the level, which is their mean, nN
 
     def force(self, z: Any) -> Any:
         """Return the force of the baseline, nN."""
