@@ -6,6 +6,7 @@ from .mechanics.particles.force_balance import critical_load
 from .mechanics.particles.kinetics import biasi_adhesion, rock_n_roll
 from .mechanics.particles.loads import Flow
 from .mechanics.particles.remaining_fraction import resuspension
+from .mechanics.particles.removal import removing_load
 from .mechanics.particles.resting_places import resting
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "biasi_adhesion",
     "critical_load",
     "parameters",
+    "removing_load",
     "resting",
     "resuspension",
     "rock_n_roll",

@@ -644,7 +644,9 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     assert heading.startswith("critical friction velocity (flow of water; ")
     assert [row.split()[0] for row in rows] == ["wafer-3", "wafer-4", "written"]
     assert pd.read_csv("moved.csv")["scan"].tolist() == ["wafer-3.nc"] * 2 + ["wafer-4.nc"] * 2
-    assert main(["detach", "wafer", "--picture", "moved.png"]) == 1
+    assert main(["detach", "wafer", "--remove", "90%", "--picture", "moved.png"]) == 0
+    assert "removes 90 %" in capsys.readouterr().out
+    assert main(["detach", "wafer", "--parameters", "moved.csv"]) == 1
     page = (tmp_path / "wafer" / "index.html").read_text(encoding="utf-8")
     assert "wafer-4/report.html" in page and (tmp_path / "wafer" / "wafer-4" / "report.html").exists()
     assert "torn.nc" in page

@@ -11,10 +11,10 @@ from scipy.optimize import brentq
 
 import roughxr
 from roughxr import particles
-from roughxr.application.report.summary import critical_median
 from roughxr.mechanics.particles import loads
 from roughxr.mechanics.particles.force_balance import with_pull_off
 from roughxr.mechanics.particles.kinetics import resuspension_rate
+from roughxr.mechanics.particles.removal import strength_quantile
 from roughxr.mechanics.statistics.sampling import one_of_each_place
 from roughxr.particles import Flow, biasi_adhesion, rock_n_roll
 
@@ -323,7 +323,7 @@ def test_the_interval_of_the_median_flow_contains_the_error_of_the_best_estimate
     estimate = ground[["pull_off_force"]].assign(pull_off_mean=10.0, pull_off_high=40.0)
     flow = Flow(lift="none")
     critical = [with_pull_off(ground, forces).contact.critical_load(flow=flow) for forces in (ground, estimate)]
-    (value, _, high), (same, low_estimated, high_estimated) = map(critical_median, critical)
+    (value, _, high), (same, low_estimated, high_estimated) = map(strength_quantile, critical)
     assert same == pytest.approx(value)
     places = np.log(high / value)
     assert np.log(high_estimated / value) == pytest.approx(np.hypot(places, np.log(2)), rel=1e-3)
@@ -416,3 +416,23 @@ def test_a_map_of_random_surfaces_shows_one_of_each_place():
     places = {"subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}
     ds = xr.Dataset({"critical_friction_velocity": ("subregion", np.arange(6.0))}, places)
     xr.testing.assert_identical(one_of_each_place(ds), ds.isel(subregion=[0, 1, 2]))
+
+
+def test_a_share_is_removed_by_its_quantile_among_all_particles():
+    """Where some stay at any strength, the others must detach further up."""
+    critical = held(np.geomspace(500, 2000, 20)[:, None] * np.ones(72)).contact.critical_load(flow=Flow(lift="none"))
+    load = particles.removing_load(critical, "90 %")
+    strength = critical.critical_friction_velocity
+    assert float(load.removing_load) == pytest.approx(float(strength.quantile(0.9)))
+    assert load.removing_load_low < load.removing_load < load.removing_load_high
+    stays = np.arange(20) < 4
+    partly = critical.assign(
+        critical_friction_velocity=strength.where(~stays), mode=critical["mode"].where(~stays, "none")
+    )
+    assert np.isinf(particles.removing_load(partly, 0.9).removing_load)
+    half = particles.removing_load(partly, 0.5).removing_load
+    assert float(half) == pytest.approx(float(strength[4:].quantile(0.5 / 0.8)))
+    with pytest.raises(ValueError, match="share: expected a number between 0 and 1, found 90"):
+        particles.removing_load(critical, 90)
+    with pytest.raises(ValueError, match="expected a result of critical_load"):
+        particles.removing_load(critical[["mode"]])

@@ -554,7 +554,9 @@ def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
     assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "adhesive", "--fluid", "water"]) == 1
     assert "expected a dry pair" in capsys.readouterr().err
     assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "adhesive"]) == 0
-    assert "pull-off forces: simulation as scanned" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "pull-off forces: simulation as scanned" in printed
+    assert "with the run's dry work of adhesion" in printed and "relative humidity add to it" in printed
 
 
 @pytest.mark.parametrize("work", [0.001, 0.0005])

@@ -7,6 +7,7 @@ import xarray as xr
 import roughxr
 from roughxr import Layer, report
 from roughxr.application.report.report_page import methods, pair_facts
+from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
 from roughxr.mechanics.bodies.layer import film_of, stiffened
 from roughxr.mechanics.scans.synthetic import self_affine
 from roughxr.mechanics.studies.assumptions import pair_factors
@@ -199,7 +200,7 @@ def test_sums_over_asperities_need_contacts_far_smaller_than_the_layer(scan):
     deep = sweeps[1].force.isel(subregion=0)
     assert bool(deep[0].notnull()) and bool(deep[-1].isnull())
     np.testing.assert_array_equal(sweeps[1].pull_off_force, bare.contact.superpose(delta=delta).pull_off_force)
-    for refused in ("pull_off_map", "rolling", "regime"):
+    for refused in ("pull_off_map", "regime"):
         with pytest.raises(ValueError, match="layer: expected a half space, found a layer of 20 nm"):
             getattr(thin.contact, refused)()
     with pytest.raises(ValueError, match="found a layer with its own moduli"):
@@ -248,3 +249,14 @@ def test_the_budget_changes_the_thickness_and_all_moduli_together(scan):
     budget = ds.contact.error_budget(places=1, law="jkr", mesh=2, settings={"layer thickness": [0.5]})
     entry = budget.sel(entry="layer thickness")
     assert 0 < float(entry.relative_std) < 0.2 and np.isfinite(entry.slope)
+
+
+def test_a_layer_does_not_end_the_quick_recipe_of_detachment(scan):
+    """A thick layer is a half space of its own; of a thin one a warning states that the base is neglected."""
+    pair = {"sphere_radius": 500, "materials": "glass/silicon", "work_of_adhesion": 0.1}
+    thick, thin = (scan.contact.assign_pair(**pair, layer=Layer(depth, "silica")) for depth in ("1 um", "2 nm"))
+    own_body = scan.contact.assign_pair(sphere_radius=500, materials="glass/silica", work_of_adhesion=0.1)
+    moments, of_silica = (ds.contact.rolling(directions=6).resisting_moment for ds in (thick, own_body))
+    np.testing.assert_allclose(moments, of_silica, rtol=1e-6)
+    with pytest.warns(DoubtfulAsperities, match="layer: taken as a thick one"):
+        thin.contact.rolling(directions=6)

@@ -21,9 +21,9 @@ from roughxr import archive, figures
 from roughxr.application import cli, report
 from roughxr.application.headline import _next_step
 from roughxr.application.report.run_tables import debris_flags
-from roughxr.application.report.summary import critical_median
 from roughxr.application.runs import analysis, several
 from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
+from roughxr.mechanics.particles.removal import strength_quantile
 from roughxr.mechanics.specimen import specimen_of
 from roughxr.mechanics.statistics.sampling import by_share
 from roughxr.mechanics.vocabulary import numbers, schema
@@ -152,6 +152,22 @@ def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, t
     assert (tmp_path / "map.png").stat().st_size > 10_000
 
 
+def test_detach_states_the_flow_that_removes_a_share(written, run, capsys):
+    assert cli.main(["detach", str(written.parent), "--method", "adhesive", "--remove", "90%"]) == 0
+    printed = capsys.readouterr().out
+    of_share = r"to remove 90 % of the places: a steady flow of (\S+) m/s \(95 % interval, all known errors (.*) m/s\)"
+    critical = report.run_moments(run, "adhesive").contact.critical_load()
+    load = roughxr.particles.removing_load(critical, 0.9)
+    assert float(re.search(of_share, printed)[1]) == pytest.approx(float(load.removing_load), rel=0.05)
+    assert "wall shear stress " in printed and "turbulent flow for 1 s: " in printed
+    jet_needs = 20 * float(load.removing_load)
+    assert ("a third of the speed of sound" in printed) == (jet_needs > 100)
+    assert "with the run's work of adhesion" in printed
+    with pytest.raises(SystemExit):
+        cli.main(["detach", str(written.parent), "--remove", "most"])
+    assert "expected a number, or per cent as 90%, found 'most'" in capsys.readouterr().err
+
+
 def test_places_that_a_cause_never_detaches_are_no_part_of_its_median(run, tmp_path, capsys):
     """Where they hold a ten-millionth, the weight of the sphere exceeds its adhesion."""
     pull = run["statistics/adhesive"]
@@ -218,12 +234,12 @@ def test_random_surfaces_of_a_place_are_no_places(run, capsys):
     assert table.place.values.tolist() == [*range(count)] * 2
     assert table.surface.values.tolist() == [0] * count + [1] * count
     (_, low, high), (_, low_twice, high_twice) = (
-        critical_median(ds.contact.critical_load()) for ds in (moments, twice)
+        strength_quantile(ds.contact.critical_load()) for ds in (moments, twice)
     )
     assert high_twice - low_twice >= 0.9 * (high - low)
     alone = twice.isel(subregion=[0, count]).contact.critical_load()
     alone["critical_friction_velocity"] = ("subregion", [1.0, 3.0])
-    np.testing.assert_equal(critical_median(alone), (2.0, np.nan, np.nan))  # one place has no interval
+    np.testing.assert_equal(strength_quantile(alone), (2.0, np.nan, np.nan))  # one place has no interval
 
 
 def test_the_command_line_asks_for_what_is_missing(run, written, tmp_path, capsys):

@@ -53,6 +53,7 @@ def made():
             "pulls": pulls,
             "measured": roughxr.schema.label(measured),
             "held": held,
+            "critical": roughxr.particles.critical_load(held),
             "fields": roughxr.direct(ground, delta=[3.0], subregions=([0.0], [0.0]), fields=True),
             "curves": _curves(),
         }
@@ -103,6 +104,7 @@ CALLS = {
     "curves_pull_off": [on("curves", spring_constant=0.5)],
     "debris": [on("catalogue"), on("catalogue", "pulls")],
     "particles.parameters": [on("held")],
+    "particles.removing_load": [on("critical", 0.9)],
     "dilate": [on("scan", tip_radius=20.0)],
     "direct": [
         on("scan", delta=[1.0, 4.0, 7.0], subregions=PLACES),

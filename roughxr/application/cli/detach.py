@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,18 +15,30 @@ from matplotlib.figure import Figure
 from ...files.storage import atomic_write
 from ...mechanics import particles
 from ...mechanics.particles.adhesion_parameters import adhesion_by_place
-from ...mechanics.particles.force_balance import NEITHER, NO_REST, fluid_of, places_in_words, strength_of_places
+from ...mechanics.particles.force_balance import (
+    DENSEST_GAS,
+    NEITHER,
+    NO_REST,
+    fluid_of,
+    places_in_words,
+    strength_of_places,
+)
 from ...mechanics.particles.loads import fluid_in_words, read_flow
+from ...mechanics.particles.removal import strength_quantile
 from ...mechanics.statistics.sampling import by_share, one_of_each_place
 from ...mechanics.vocabulary.numbers import number, percent, value_and_interval, with_interval
 from ...mechanics.vocabulary.refusal import Refusal
+from ...mechanics.vocabulary.schema import is_humid
 from ...mechanics.vocabulary.text import without_warnings
 from .. import archive, figures, report
 from .. import tables as exports
 from ..figures.maps import critical_map
+from ..figures.particle_figures import removed_share
+from ..figures.style import SMALL
+from ..report.detachment import turbulent_speed
 from ..report.report_page import setting
 from ..report.run_tables import METHOD_WORDS
-from ..report.summary import best_method, critical_flow, critical_median, place_table, scan_label, with_few_digits
+from ..report.summary import best_method, critical_flow, place_table, scan_label, with_few_digits
 from . import words
 from .file_commands import save_picture
 
@@ -40,6 +53,12 @@ _NO_REST_OF_PARTICLES = (
 #: What an input of LAMMPS has to state before it includes a file of `to_dem`.
 _BEFORE_LAMMPS = "; before its include: units si, atoms of its types, and variable damping equal … (kg/s)"
 
+#: Speed of a round jet over the largest friction velocity on a wall at 8 diameters of its nozzle, as in the how-to.
+_JET_OVER_FRICTION = 20.0
+
+#: Largest speed (m/s) of a jet of gas whose density hardly changes: 0.3 times that of sound in air.
+_INCOMPRESSIBLE = 100.0
+
 #: What the interval of a median holds: the scatter of the places, and the errors that they share.
 _INTERVAL = "95 % interval, all known errors"
 
@@ -51,7 +70,8 @@ def detach(options: Namespace) -> None:
     tables = {}
     rows = {}
     media = set[str]()
-    files = [f"--{name}" for name in ("parameters", "dem", "picture") if getattr(options, name)]
+    criticals = {}
+    files = [f"--{name}" for name in ("parameters", "dem") if getattr(options, name)]
     if files and len(runs) > 1:
         raise Refusal(", ".join(files), "one run", f"several in {options.run}", "name one of them")
     for name, path in runs.items():
@@ -61,13 +81,19 @@ def detach(options: Namespace) -> None:
         media.add(setting(groups)["medium"] or "air")
         table = adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
         tables[name] = place_table(table, label)
-        rows[name] = _row(critical)
+        criticals[name] = critical
+        rows[name] = _row(critical, options.remove)
         if len(runs) == 1:
             _print_critical(critical, moments, title)
+            _print_removal(critical, moments, options)
             _write_files(options, critical, moments, title)
     if len(runs) > 1:
         print(f"{_strength(critical).attrs['long_name']} ({title}):")
         print(pd.DataFrame.from_dict(rows, orient="index").to_string())
+        if options.picture:
+            axes = removed_share(criticals, ax=Figure(figsize=(4.2, 3.2), layout="constrained").subplots())
+            axes.set_title(title, fontsize=SMALL)
+            save_picture(axes.figure, options.picture)
     if options.fluid:
         fluids = " or ".join(sorted(media))
         print(f"adhesion is that of the run, in {fluids}; the flow of {options.fluid} does not change it")
@@ -94,11 +120,15 @@ def _critical_load(options: Namespace, groups: Mapping[str, xr.Dataset]) -> tupl
         )
     moments = report.run_moments(groups, method)
     flow = options.fluid or fluid_of(critical_flow(groups))
-    numbers = {name: words.numbers(getattr(options, name)) for name in ("particle_density", "shear_strength")}
-    slides = {"friction_coefficient": options.friction_coefficient, **numbers}
-    critical = without_warnings(particles.critical_load, moments, options.cause, flow=flow, **slides)
+    critical = without_warnings(particles.critical_load, moments, options.cause, flow=flow, **_resistance(options))
     cause = f"flow of {fluid_in_words(read_flow(flow))}" if options.cause == "wall_shear" else options.cause
     return critical, moments, f"{cause}; pull-off forces: {METHOD_WORDS[method]}"
+
+
+def _resistance(options: Namespace) -> dict[str, Any]:
+    """Return the weight of the sphere, and how it slides, as `critical_load` takes them."""
+    numbers = {name: words.numbers(getattr(options, name)) for name in ("particle_density", "shear_strength")}
+    return {"friction_coefficient": options.friction_coefficient, **numbers}
 
 
 def _write_files(options: Namespace, critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:
@@ -126,13 +156,18 @@ def _strength(critical: xr.Dataset) -> xr.DataArray:
     return critical[next(iter(critical.data_vars))]
 
 
-def _row(critical: xr.Dataset) -> dict[str, str]:
-    """Return the critical strength of a run in a row: median with its interval, and mode of detachment."""
+def _row(critical: xr.Dataset, share: float | None) -> dict[str, str]:
+    """Return the critical strength of a run in a row: median, or that for a share, with interval, and first mode."""
     units = _strength(critical).attrs["units"].replace("^2", "²")
-    median, interval = value_and_interval(*critical_median(critical), units)
+    label = "median"
+    ends = strength_quantile(critical)
+    if share is not None:
+        label = f"removes {percent(share)}"
+        ends = _removing_ends(critical, share)
+    strength, interval = value_and_interval(*ends, units)
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     most = f"{modes[np.argmax(counts)]}, at {counts.max()} of {counts.sum()} places"
-    return {"median": median, _INTERVAL: interval, "first mode of most": most}
+    return {label: strength, _INTERVAL: interval, "first mode of most": most}
 
 
 def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:
@@ -145,7 +180,7 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> No
     if bool((values > 0).any()):  # over particles, where places hold shares of them, else over places
         quantiles = by_share(values).quantile([0.05, 0.95]).values
         least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)
-        median = with_interval(*critical_median(critical), units, name=_INTERVAL)
+        median = with_interval(*strength_quantile(critical), units, name=_INTERVAL)
         fewest = f"5 % of {of} below {least}" if quantiles[0] > 0 else f"0 {units} where the sphere rolls off by itself"
         detaching = int(values.notnull().sum())
         if detaching < values.size:
@@ -155,7 +190,46 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> No
     if strength.name == "critical_friction_velocity" and bool((values > 0).any()):
         valid = percent(critical["in_range"].where(values > 0).mean())
         print(f"drag formulas valid at {valid} of the {of} that need a flow")
-    print(f"with the run's work of adhesion, {number(moments['work_of_adhesion'], 'J/m²')}")
+    work = number(moments["work_of_adhesion"], "J/m²")
+    dry = "dry work of adhesion" if is_humid(moments) else "work of adhesion"
+    menisci = f"; menisci at {percent(moments['humidity'])} relative humidity add to it" if is_humid(moments) else ""
+    print(f"with the run's {dry}, {work}{menisci}")
+
+
+def _removing_ends(critical: xr.Dataset, share: float) -> tuple[float, float, float]:
+    """Return the load that removes a share, and the ends of its interval."""
+    load = particles.removing_load(critical, share)
+    return float(load["removing_load"]), float(load["removing_load_low"]), float(load["removing_load_high"])
+
+
+def _print_removal(critical: xr.Dataset, moments: xr.Dataset, options: Namespace) -> None:
+    """Print the strength that removes the requested share, also in turbulence, and where the jet's formula ends."""
+    strength = _strength(critical)
+    is_flow = strength.name == "critical_friction_velocity"
+    ends = strength_quantile(critical)
+    if options.remove is not None:
+        units = strength.attrs["units"].replace("^2", "²")
+        of = "particles" if "landing_share" in critical.coords else "places"
+        ends = _removing_ends(critical, options.remove)
+        lead = f"to remove {percent(options.remove)} of the {of}"
+        if not np.isfinite(ends[0]):
+            print(f"{lead}: no strength suffices, more of them stay at any")
+            return
+        steady = "a steady flow of " * is_flow
+        print(f"{lead}: {steady}{with_interval(*ends, units, name=_INTERVAL)}")
+        if is_flow and ends[0] > 0:
+            speed, slowest, fastest = ends
+            density = fluid_of(critical).density
+            stress = with_interval(density * speed**2, density * slowest**2, density * fastest**2, "Pa", name=_INTERVAL)
+            print(f"  wall shear stress {stress}")
+            burst = turbulent_speed(moments, critical, options.remove, **_resistance(options))
+            print(f"  turbulent flow for 1 s: {with_interval(*burst, units, name=_INTERVAL)}, by Rock'n'Roll")
+    jet = _JET_OVER_FRICTION * ends[0]
+    if is_flow and fluid_of(critical).density < DENSEST_GAS and jet > _INCOMPRESSIBLE:
+        print(
+            f"a round jet from 8 of its diameters would need {number(jet, 'm/s', 2)}, 20 times this friction velocity: "
+            f"its formula holds to some {_INCOMPRESSIBLE:.0f} m/s, a third of the speed of sound"
+        )
 
 
 def _print_modes(critical: xr.Dataset, moments: xr.Dataset, of: str) -> None:

@@ -15,7 +15,7 @@ from ...mechanics.bodies.substances import MATERIALS
 from ...mechanics.vocabulary.adhesion_laws import AUTO, laws_of
 from ...mechanics.vocabulary.text import did_you_mean
 from . import config
-from .words import number
+from .words import number, share
 
 #: Codes of `to_dem`, loads of `critical_load`, and its fluids.
 PARTICLE_CODES = ("lammps", "liggghts", "rock_n_roll")
@@ -121,7 +121,8 @@ class Parser(argparse.ArgumentParser):
         if lacking:
             values = re.search(rf"{lacking[1]} ([A-Z ]+)", " ".join(self.format_usage().split()))
             message = f"{message}, {values[1].strip()}" if values else message
-        for kind, meant in (("float", "a number without a unit"), ("int", "a whole number")):
+        kinds = {"float": "a number without a unit", "share": "a number, or per cent as 90%", "int": "a whole number"}
+        for kind, meant in kinds.items():
             message = message.replace(f"invalid {kind} value:", f"expected {meant}, found")
         self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
 
@@ -299,7 +300,7 @@ def _measurements(commands: Any) -> None:
     help = f"prediction: adhesive (simulation at 16 of the run's places, minutes) or superposed (seconds); {_DEFAULT}"
     _add(command, ("--method", None, help), default="adhesive", choices=("adhesive", "superposed"))
     help = f"relative standard deviation that all measured forces share, such as of the spring constant; {_DEFAULT}"
-    _add(command, ("--force-std", "PART", help), type=float, default=0.0)
+    _add(command, ("--force-std", "PART", help), type=share, default=0.0)
     _add(command, ("--picture", "PNG", "draw the distance of prediction and measurement over the work of adhesion"))
     _flag(command, "-q --quiet", _QUIET)
 
@@ -324,9 +325,11 @@ def _detach(commands: Any) -> None:
     )
     slides = command.add_mutually_exclusive_group()
     help = "friction coefficient (PTFE 0.05, glass 0.5, gold on gold 1); without it the sphere does not slide"
-    _add(slides, ("--friction-coefficient", "MU", help), type=float)
+    _add(slides, ("--friction-coefficient", "MU", help), type=share)
     help = "shear strength of the contact, GPa, or text such as '5 MPa' (polymers 10 MPa, mica and metals 20 to 1000)"
     _add(slides, ("--shear-strength", "TAU", help))
+    help = "share of the particles, such as 90%%: print the strength that removes it; in turbulence, too"
+    _add(command, ("--remove", "SHARE", help), type=share)
     help = (
         "pull-off forces of the simulation, with finer roughness (extrapolated) or as scanned (adhesive); default: "
         "extrapolated if the run contains it"
@@ -339,7 +342,10 @@ def _detach(commands: Any) -> None:
         f"write input for a particle code: {', '.join(PARTICLE_CODES)} (a table of the distribution); may be repeated"
     )
     command.add_argument("--dem", nargs=2, action="append", default=[], metavar=("CODE", "FILE"), help=help)
-    help = "draw a map of the mode of detachment, or of the critical load, and the resisting moments"
+    help = (
+        "draw a map of the mode of detachment, or of the critical load, and the resisting moments; of several scans "
+        "the share that is removed over the strength"
+    )
     _add(command, ("--picture", "PNG", help))
 
 
@@ -362,7 +368,7 @@ def _add_measurement(command: Any) -> None:
         "for force curves: part of the travel, from its far end, that may contain the baseline; default: 1, all of it; "
         "or its two ends, such as 0 0.4"
     )
-    group.add_argument("--baseline", nargs="+", type=float, metavar="PART", help=help)
+    group.add_argument("--baseline", nargs="+", type=share, metavar="PART", help=help)
 
 
 def _add_reading_options(command: Any) -> list[argparse.Action]:

@@ -96,6 +96,11 @@ def number(text: str) -> float | str:
         return text
 
 
+def share(text: str) -> float:
+    """Return a number that may be stated in per cent, as an option of `argparse`."""
+    return float(text.removesuffix("%")) / 100 if text.endswith("%") else float(text)
+
+
 def numbers(value: Any) -> Any:
     """Return text as a number or quantity, a list of texts as a tuple of them, and other values unchanged."""
     if isinstance(value, list):

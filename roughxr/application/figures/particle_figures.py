@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ...mechanics.particles.force_balance import expect_moments
+from ...mechanics.particles.force_balance import NO_CONTACT, expect_moments, fluid_of, strength_of_places
+from ...mechanics.statistics.sampling import by_share, shares
 from ...mechanics.vocabulary.numbers import prefixed
 from ...mechanics.vocabulary.refusal import Refusal
 from .style import (
@@ -20,6 +22,7 @@ from .style import (
     Axes,
     axes,
     label_axes,
+    label_axis,
     legend,
     log_ticks,
     printed_label,
@@ -83,6 +86,31 @@ def _polar_axes(ax: Axes | None) -> Any:
     rose.grid(linewidth=0.3)
     rose.spines["polar"].set_linewidth(0.4)
     return rose
+
+
+@styled
+def removed_share(criticals: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
+    """Draw the share that a steady load removes from each of several scans, over the wall shear stress or the load."""
+    ax = axes(ax)
+    for order, (name, critical) in enumerate(criticals.items()):
+        strength = strength_of_places(critical)
+        is_flow = strength.name == "critical_friction_velocity"
+        load = fluid_of(critical).density * strength**2 if is_flow else strength
+        in_contact = by_share((critical["mode"] != NO_CONTACT).astype(float)).mean()
+        moved = load.dropna("subregion").sortby(load.dropna("subregion"))
+        weights = shares(moved)
+        removed = (weights.cumsum() / shares(load).sum() / in_contact).values
+        look = stroke(order)
+        ax.step(moved, removed, where="post", label=f"{name} ({moved.size})", **look)
+    if is_flow:
+        ax.set_xlabel("wall shear stress [Pa]")
+    else:
+        label_axis(ax.xaxis, str(strength.name))
+    if moved.size and float(moved.min()) > 0:
+        ax.set_xscale("log")
+        log_ticks(ax.xaxis)
+    ax.set(ylim=(0, 1.05), ylabel="share removed")
+    return legend(ax, loc="upper left")
 
 
 @styled

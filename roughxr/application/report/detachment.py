@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,9 +19,10 @@ from ...mechanics.particles.force_balance import (
     with_pull_off,
 )
 from ...mechanics.particles.loads import fluid_in_words
+from ...mechanics.particles.removal import strength_quantile
 from ...mechanics.statistics.sampling import at_first_preload, by_share
 from ...mechanics.vocabulary.numbers import percent, quantity
-from .summary import CRITICAL, RESTS, best_method, critical_flow, critical_median
+from .summary import CRITICAL, RESTS, best_method, critical_flow
 
 Run = Mapping[str, xr.Dataset]
 
@@ -71,7 +73,7 @@ def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
         rows[f"critical friction velocity, {label} [m/s]"] = float(by_share(speed).quantile(part))
     error = _median_percent(critical, "critical_load_error")
     rows["error of the critical friction velocity by levers and pull-offs, median place [%]"] = error
-    for end, value in zip(("lower", "upper"), critical_median(critical)[1:]):
+    for end, value in zip(("lower", "upper"), strength_quantile(critical)[1:]):
         rows[f"{end} end of the median's 95 % interval, all known errors [m/s]"] = value
     shown = {
         **{f"places where the sphere {label} [%]": critical["mode"] == mode for mode, label in _MODES.items()},
@@ -127,6 +129,24 @@ def detachment_notes(run: Run) -> list[str]:
             "positions."
         )
     return notes
+
+
+def turbulent_speed(
+    moments: xr.Dataset, critical: xr.Dataset, share: float, **options: Any
+) -> tuple[float, float, float]:
+    """Return the friction velocity of turbulence that removes a share in one second, and the ends of its interval."""
+    strength = critical["critical_friction_velocity"].values
+    strength = strength[strength > 0]
+    speeds = np.geomspace(strength.min() / 20, strength.max() * 3, 80)
+    fractions = resuspension(moments, friction_velocity=speeds, time=1.0, flow=fluid_of(critical), **options)
+
+    def speed(name: str) -> float:
+        if name not in fractions:
+            return np.nan
+        removed = 1 - fractions[name].isel(time=0).values
+        return float(np.interp(share, removed, speeds, left=np.nan, right=np.nan))
+
+    return speed("remaining"), speed("remaining_low"), speed("remaining_high")
 
 
 def remaining_fraction(run: Run) -> xr.Dataset:

@@ -11,13 +11,13 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from ...mechanics.contact.refinement import coarser_mesh_error
-from ...mechanics.particles.force_balance import fluid_of, strength_of_places
+from ...mechanics.particles.force_balance import fluid_of
 from ...mechanics.particles.loads import fluid_in_words
+from ...mechanics.particles.removal import strength_quantile
 from ...mechanics.scans.plausibility import is_noise
 from ...mechanics.scans.regions import sides
-from ...mechanics.statistics import bootstrap
 from ...mechanics.statistics.means import HALF_WIDTH, mean_pull_off, with_units
-from ...mechanics.statistics.sampling import by_share, one_of_each_place, place_numbers, place_order
+from ...mechanics.statistics.sampling import by_share, place_numbers, place_order
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.numbers import number
 from ...mechanics.vocabulary.text import printable
@@ -138,32 +138,11 @@ def _flow(run: Run) -> dict[str, float]:
         return {}
     name = "critical_friction_velocity"
     critical = critical_flow(run)
-    flow = dict(zip((name, f"{name}_low", f"{name}_high"), critical_median(critical)))
+    flow = dict(zip((name, f"{name}_low", f"{name}_high"), strength_quantile(critical)))
     density = fluid_of(critical).density
     stress = {key.replace(name, "wall_shear_stress"): density * value**2 for key, value in flow.items()}
     contacts = run["solutions/rolling"]["contacts"]
     return flow | stress | {"supports": float(by_share(contacts).quantile(0.5))}
-
-
-def critical_median(critical: xr.Dataset) -> tuple[float, float, float]:
-    """Return the median of a critical load with the ends of its 95 % interval, NaN for too few places.
-
-    Places share the errors of their pull-offs; those of levers are part of the scatter of the places.
-    """
-    name = str(next(iter(critical.data_vars)))
-    detaching = strength_of_places(critical).dropna("subregion").to_dataset(name=name)
-    first_surfaces = one_of_each_place(detaching)  # surfaces of a place are alike
-    if first_surfaces.sizes["subregion"] < 2:
-        return (float(detaching[name].median()), np.nan, np.nan)
-    median = bootstrap(detaching, name, statistics=["q50"], within=first_surfaces).isel(statistic=0)
-    value, low, high = (float(median[part]) for part in ("estimate", "low", "high"))
-    errors = critical["shared_load_error"].dropna("subregion")
-    shared = float(np.log1p(by_share(errors).quantile(0.5))) if errors.size else 0.0
-    if value == 0.0:  # at most places the sphere rolls off by itself
-        return (value, low, high * float(np.exp(shared)))
-    with np.errstate(divide="ignore"):
-        below, above = (float(np.exp(np.hypot(np.log(end / value), shared))) for end in (low, high))
-    return (value, value / below, value * above)
 
 
 def _advice(run: Run, out: xr.Dataset) -> str:

@@ -116,6 +116,16 @@ class Summands:
         """The asperities as plain numbers."""
         return plain_asperities(self.catalogue, self.options)
 
+    @property
+    def median_contact(self) -> float:
+        """Radius (nm) of JKR's contact of the median asperity at pull-off."""
+        sphere = 1 / self.options.radius if self.options.composite else 0.0
+        least, largest = (self.catalogue[f"curvature_{end}"].values for end in ("min", "max"))
+        peaks = least > 0
+        radii = 1 / np.sqrt((least[peaks] + sphere) * (largest[peaks] + sphere))
+        contacts, _ = read_pair(self.ds).contact_at_pull_off(radii, self.options.work_of_adhesion)
+        return float(np.median(contacts)) if contacts.size else 0.0
+
 
 def read_summands(
     ds: xr.Dataset, law: str | None, formulation: str, *, verb: str = "superpose", coated: bool = False

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..bodies.layer import largest_contact
 from ..bodies.pair_record import read_pair
 from ..jobs import spread
 from ..jobs.records import Layout, converged, labelled, warn_unconverged
@@ -83,7 +84,7 @@ def rolling(
     ----------
     ds : Dataset
         A scan or an asperity catalogue with an assigned dry pair, or a solution by `adhesive` or `rigid` with
-        ``fields=True``.
+        ``fields=True``. A layer below asperities counts as a thick one, with a warning where it is not.
     directions : int or array_like
         Directions of rolling: a number of them, spaced evenly, or angles from x towards y, rad.
     normal_force : number or quantity
@@ -154,9 +155,11 @@ def rolling(
             "take the moments of ds.contact.rigid(delta=[…], fields=True) or ds.contact.adhesive(delta=[…], "
             "fields=True)",
         )
-    summands = read_summands(ds, JKR, DEFAULT)
+    summands = read_summands(ds, JKR, DEFAULT, coated=True)
     if not (summands.options.work_of_adhesion > 0 or push > 0):
         raise Refusal("normal_force", "a positive force in nN without adhesion", f"{push:g}")
+    if schema.is_coated(ds):
+        _warn_of_a_thin_layer(ds, summands.median_contact)
     out = _asperity_moments(summands, angles, push, subregions)
     named = law_attributes(summands.law, summands.formulation, summands.options)
     arguments = {"directions": angles, "normal_force": push, "subregions": subregions, **named}
@@ -180,6 +183,16 @@ def split_moments(ds: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
     arguments = {"directions": ds["direction"].values, "normal_force": 0.0}
     solution = ds.drop_vars([*KEPT, "direction"])
     return solution, _labelled_moments(moments, ds, "adhesive", arguments)
+
+
+def _warn_of_a_thin_layer(ds: xr.Dataset, radius: float) -> None:
+    """Warn where contacts (radius, nm) are too wide for the layer to count as a half space."""
+    if radius > largest_contact(ds):
+        warn(
+            f"layer: taken as a thick one, found {float(ds['layer_thickness']):.3g} nm below contacts of "
+            f"{radius:.2g} nm; the moments neglect its base; take adhesive with fields=True, or a run, for both",
+            DoubtfulAsperities,
+        )
 
 
 def _warn_of_lost_supports(contacts: float, supports: float) -> None:

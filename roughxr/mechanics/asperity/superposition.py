@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from ..bodies.layer import largest_contact, need_small_contacts
-from ..bodies.pair_record import read_pair
 from ..jobs import spread
 from ..jobs.records import Layout, labelled
 from ..kernels.asperity import contact_sums as sums
@@ -132,7 +131,7 @@ def superpose(
             DoubtfulAsperities,
         )
     if schema.is_coated(ds) and adheres:
-        need_small_contacts(ds, _median_contact(summands))
+        need_small_contacts(ds, summands.median_contact)
     centres = [tuple(point) for point in regions.points(positions).tolist()]
     deltas = _default_sweep(summands, centres) if delta is None else schema.ascending(delta, "nm", "delta")
     events = _EVENTS | (_PULL_OFF if adheres else {})
@@ -153,17 +152,6 @@ def superpose(
     if adheres and not lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out
-
-
-def _median_contact(summands: Summands) -> float:
-    """Return the radius (nm) of JKR's contact of the median asperity at pull-off."""
-    options = summands.options
-    sphere = 1 / options.radius if options.composite else 0.0
-    least, largest = (summands.catalogue[f"curvature_{end}"].values for end in ("min", "max"))
-    peaks = least > 0
-    radii = 1 / np.sqrt((least[peaks] + sphere) * (largest[peaks] + sphere))
-    contacts, _ = read_pair(summands.ds).contact_at_pull_off(radii, options.work_of_adhesion)
-    return float(np.median(contacts)) if contacts.size else 0.0
 
 
 def _without_wide_contacts(ds: xr.Dataset, limit: float) -> xr.Dataset:

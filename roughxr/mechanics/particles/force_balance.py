@@ -229,7 +229,7 @@ def refuse_varied(ds: xr.Dataset):
 def read_body(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     """Return the particle of a result, and the fluid around it; raise for menisci in a liquid."""
     fluid = read_flow(flow)
-    if schema.is_humid(ds) and fluid.density > _DENSEST_GAS:
+    if schema.is_humid(ds) and fluid.density > DENSEST_GAS:
         raise Refusal(
             f"a flow of {fluid_in_words(fluid)}",
             "a dry pair",
@@ -243,7 +243,7 @@ def read_body(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
 _FLUID_ARGUMENTS = ("medium_density", "viscosity", "lift", "gravity")
 
 #: Density (kg/m³) above which a fluid is a liquid, in which no menisci condense.
-_DENSEST_GAS = 200.0
+DENSEST_GAS = 200.0
 
 
 def fluid_arguments(body: Body) -> dict[str, Any]:

@@ -1,0 +1,91 @@
+"""`removing_load`: the strength of a load that removes a share of the particles, with all known errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ..statistics import bootstrap
+from ..statistics.sampling import by_share, one_of_each_place
+from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
+from ..vocabulary.units import Quantity, fraction
+from .force_balance import NEITHER, NO_CONTACT, strength_of_places
+
+#: Name of the load, and endings of the ends of its interval.
+_NAME = "removing_load"
+_ENDS = ("", "_low", "_high")
+
+
+def removing_load(ds: xr.Dataset, share: Quantity = 0.5) -> xr.Dataset:
+    """Return the strength of a steady load that removes a share of the particles.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Result of `critical_load`, without other conditions.
+    share : number or quantity
+        Share of the places in contact, or of the particles of `resting`, between 0 and 1 or as "90 %".
+
+    Returns
+    -------
+    Dataset
+        ``removing_load`` in the units of the critical load, with the 95 % interval ``removing_load_low`` …
+        ``removing_load_high`` by places and by errors of the pull-off forces, which all places share; NaN for too few
+        places. All are infinite if more particles than the others stay under any strength.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` has no critical load, or the share is not between 0 and 1.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> critical = roughxr.rolling(scan, directions=8, subregions=(4, 4)).contact.critical_load()
+    >>> half, most = (roughxr.particles.removing_load(critical, share) for share in ("50 %", "90 %"))
+    >>> bool(half.removing_load < most.removing_load), most.removing_load.units
+    (True, 'm/s')
+    """
+    ds = schema.entered_dataset(ds, "result")
+    if not {"mode", "shared_load_error"} <= set(ds):
+        raise Refusal("", "a result of critical_load", ", ".join(map(str, ds.data_vars)) or "nothing")
+    removed = fraction(share, "share")
+    strength = strength_of_places(ds)
+    moves = (ds["mode"] != NEITHER).where(ds["mode"] != NO_CONTACT)
+    moving = float(by_share(moves.astype(float)).mean())
+    ends = (np.inf, np.inf, np.inf)
+    if removed <= moving:
+        ends = strength_quantile(ds, removed / moving)
+    out = xr.Dataset({_NAME + end: value for end, value in zip(_ENDS, ends)})
+    out = schema.label(out)
+    for name in out.data_vars:
+        out[name].attrs["units"] = strength.attrs["units"]
+    out.attrs |= {"cause": ds.attrs.get("cause", ""), "share": removed, "confidence": 0.95}
+    return schema.record(out, _NAME, ds, share=removed)
+
+
+def strength_quantile(critical: xr.Dataset, share: float = 0.5) -> tuple[float, float, float]:
+    """Return a quantile of a critical load where it moves the sphere, with the ends of its 95 % interval.
+
+    Places share the errors of their pull-offs; those of levers are part of the scatter of the places. Too few places
+    have NaN for an interval.
+    """
+    name = str(next(iter(critical.data_vars)))
+    detaching = strength_of_places(critical).dropna("subregion").to_dataset(name=name)
+    if not detaching.sizes["subregion"]:
+        return (np.nan, np.nan, np.nan)
+    first_surfaces = one_of_each_place(detaching)  # surfaces of a place are alike
+    if first_surfaces.sizes["subregion"] < 2:
+        return (float(detaching[name].quantile(share)), np.nan, np.nan)
+    label = f"q{100 * share:.10g}"
+    quantile = bootstrap(detaching, name, statistics=[label], within=first_surfaces).isel(statistic=0)
+    value, low, high = (float(quantile[part]) for part in ("estimate", "low", "high"))
+    errors = critical["shared_load_error"].dropna("subregion")
+    shared = float(np.log1p(by_share(errors).quantile(0.5))) if errors.size else 0.0
+    if value == 0.0:  # so many spheres roll off by themselves
+        return (value, low, high * float(np.exp(shared)))
+    with np.errstate(divide="ignore"):
+        below, above = (float(np.exp(np.hypot(np.log(end / value), shared))) for end in (low, high))
+    return (value, value / below, value * above)
