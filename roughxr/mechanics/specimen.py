@@ -90,7 +90,7 @@ class Specimen:
 
     def centres(self, subregions: Places) -> xr.Dataset:
         """Return contact centres, see `regions.centres`."""
-        return regions.centres(self.scan, subregions)
+        return regions.centres_of(self.scan, subregions)
 
 
 def need_wide_scan(scan: xr.Dataset) -> None:

@@ -102,7 +102,11 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto") -> xr.Dataset:
     >>> bool((catalogue.curvature_min <= catalogue.curvature_max).all())
     True
     """
-    ds = schema.validate(ds, "scan")
+    return catalogue_of(schema.validate(ds, "scan"), patch)
+
+
+def catalogue_of(ds: xr.Dataset, patch: Any = "auto") -> xr.Dataset:
+    """Return the asperities of a valid scan, see `asperities`."""
     is_paper = isinstance(patch, str) and patch == "paper"
     height = schema.in_memory(ds["height"]).values
     pixel = schema.pixel(ds)
@@ -220,7 +224,7 @@ def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Data
         datum_height=ds["datum_height"],
         patch_radius=0.5 * setup.patch * max(setup.pixel),
     )
-    out = out.assign_coords(dict(zip(regions.EDGES, regions.extent(ds))) | schema.pair_coordinates(ds))
+    out = out.assign_coords(dict(zip(regions.EDGES, regions.edges_of(ds))) | schema.pair_coordinates(ds))
     out = out.assign_coords({name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords})
     if setup.measures is not None:
         measures = {"shortest_wavelength": setup.measures.shortest, "rms_slope": setup.measures.slope}

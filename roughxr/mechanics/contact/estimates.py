@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..asperity.catalogue import asperities
+from ..asperity.catalogue import asperities, catalogue_of
 from ..bodies.pair_record import Pair, read_pair
 from ..specimen import Specimen
 from ..vocabulary import schema
@@ -60,7 +60,7 @@ def median_tabor(specimen: Specimen) -> float:
     """Return the median Tabor parameter of the asperities at the pair's range; NaN without a sphere."""
     if specimen.indenter.map:
         return np.nan
-    parameter = _tabor_parameters(asperities(specimen.scan), specimen.pair)
+    parameter = _tabor_parameters(catalogue_of(specimen.scan), specimen.pair)
     parameter = parameter[np.isfinite(parameter)]
     return float(np.median(parameter)) if parameter.size else np.nan
 

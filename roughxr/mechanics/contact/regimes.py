@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..asperity.catalogue import asperities
+from ..asperity.catalogue import catalogue_of
 from ..bodies import liquid
 from ..bodies.pair_record import read_pair
 from ..kernels.adhesion import potentials
@@ -82,7 +82,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), mesh: int 
     modulus = pair.contact_modulus
     w = pair.work
     humid = pair.menisci is not None
-    tip = 1 / (1 / radius + 1 / _asperity_radius(asperities(specimen.scan)))
+    tip = 1 / (1 / radius + 1 / _asperity_radius(catalogue_of(specimen.scan)))
     contact, _ = pair.contact_at_pull_off(tip, w)
     close = rigid(specimen, subregions=subregions, mesh=mesh, delta=[0.0])
     result = {
@@ -273,7 +273,7 @@ def _humid_formulas(
 def _inputs(specimen: Specimen) -> dict[str, float]:
     """Return the formulas' inputs from a scan, nm."""
     flat = _flat(specimen)
-    catalogue = asperities(flat.scan)
+    catalogue = catalogue_of(flat.scan)
     distance = _mean_distance(catalogue)
     inputs = {"rms": float(flat.heights.std()), "wavelength": distance}
     inputs["asperity_radius"] = _asperity_radius(catalogue)
@@ -285,7 +285,7 @@ def _inputs(specimen: Specimen) -> dict[str, float]:
     return inputs | {
         "short_rms": float((flat.heights - smoothed.heights).std()),
         "long_rms": float(smoothed.heights.std()),
-        "long_wavelength": _mean_distance(asperities(smoothed.scan)),
+        "long_wavelength": _mean_distance(catalogue_of(smoothed.scan)),
     }
 
 

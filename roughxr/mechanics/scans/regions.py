@@ -52,7 +52,11 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     >>> roughxr.scans.regions.centres(roughxr.open_sample("glass"), (8, 8)).sizes["subregion"]
     64
     """
-    ds = schema.entered_dataset(ds)
+    return centres_of(schema.entered_dataset(ds), subregions)
+
+
+def centres_of(ds: xr.Dataset, subregions: Places) -> xr.Dataset:
+    """Return the contact centres on a valid scan, see `centres`."""
     if subregions is None:
         subregions = ds if "subregion_x" in ds.coords else (1, 1)
     if isinstance(subregions, xr.Dataset):
@@ -60,7 +64,7 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
         if places["subregion_x"].size == 0:
             raise Refusal("subregions", "at least one contact centre", "none")
         subregions = places
-    edges = extent(ds)
+    edges = edges_of(ds)
     # largest number of tiles along one axis, where the number of pixels is not known
     x, y = _positions(subregions, edges, (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (65536,) * 2)
     _refuse_outside(x, y, edges)
@@ -111,7 +115,11 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     >>> roughxr.scans.regions.extent(roughxr.open_sample("glass"))
     (0.0, 5000.0, 0.0, 5000.0)
     """
-    ds = schema.entered_dataset(ds)
+    return edges_of(schema.entered_dataset(ds))
+
+
+def edges_of(ds: xr.Dataset) -> tuple[float, float, float, float]:
+    """Return the outer edges of a valid scan or catalogue, see `extent`."""
     if "x" not in ds.dims:
         missing = [name for name in EDGES if name not in ds.coords]
         if missing:
@@ -128,8 +136,8 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
 
 
 def sides(ds: xr.Dataset) -> tuple[float, float]:
-    """Return the sides of a scan along x and y, nm."""
-    x_low, x_high, y_low, y_high = extent(ds)
+    """Return the sides of a valid scan or catalogue along x and y, nm."""
+    x_low, x_high, y_low, y_high = edges_of(ds)
     return x_high - x_low, y_high - y_low
 
 
