@@ -145,7 +145,7 @@ def write_igor(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Pat
     lines = rows.shape[0]
     samples = (rows[::-1] * 1e-9).astype("<f4").tobytes()  # x fastest, the last line first
     note = f"ScanSize: {size[0] * 1e-9:.6e}\rScanPoints: {columns}\r".encode()
-    labels = b"".join(name.ljust(32, b"\0") for name in (b"", b"HeightRetrace"))
+    labels = b"".join(name.ljust(32, b"\0") for name in (b"", b"HeightRetrace\0remains"))
     step = (size[0] * 1e-9 / columns, size[1] * 1e-9 / lines, 1.0, 1.0)
     wave = struct.pack(
         "<3IihH6xh32s2i4i4d4d4s16shh2d10i64x3hxxiihh2i",

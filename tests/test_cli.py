@@ -28,6 +28,7 @@ from roughxr.application.reproduction.numbered_figures import FIGURES, SIMULATED
 from roughxr.application.runs import analysis
 from roughxr.mechanics.bodies.pair import elastic
 from roughxr.mechanics.contact.mesh import Mesh
+from roughxr.scans import to_file
 
 from .surfaces import bare_runs, rough, scan
 
@@ -473,6 +474,15 @@ def test_info_tells_channels_sizes_and_roughness_and_draws(tmp_path, capsys):
     assert "scan.doc's ending: expected one of" in capsys.readouterr().err
 
 
+def test_info_prints_each_doubt_once(tmp_path, capsys):
+    heights = rough(128)
+    heights[:, 40] += 50 * heights.std()  # a line out of place
+    path = to_file(scan(heights, pixel=10.0), tmp_path / "scan.gsf")
+    assert main(["info", str(path), "--picture", str(tmp_path / "scan.png")]) == 0
+    printed = capsys.readouterr()
+    assert printed.out.count("line 40") == 1 and printed.err == ""
+
+
 @pytest.mark.door
 def test_images_are_chosen_by_number_or_direction_and_lengths_stated(tmp_path, capsys):
     images = xr.Dataset({"forward": scan(rough(32)).height, "backward": scan(rough(32) * 3).height})
@@ -718,7 +728,8 @@ def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
         (["run", "@wafer.toml"], r"read by --config wafer.toml; a file of this name is \./@wafer.toml"),
         (["run", "a.nc", "--budget", "1.5"], "expected a whole number, found '1.5'"),
         (["detach", "run", "--friction-coefficient", "0.3 N"], "expected a number without a unit, found '0.3 N'"),
-        (["run", "a.nc", "--diameter", "5 um"], "give half of it, --sphere-radius"),
+        (["run", "a.nc", "--diameter", "5 um"], "give --sphere-radius half of this value"),
+        (["run", "a.nc", "--sphere-diameter", "5 um"], "the radius is half of the diameter"),
         (["run", "a.nc", "--radius", "3um", "--subregions", "many"], "such as 8 8 or 8x8, found 'many'"),
         (["run", "a.nc", "--radius", "3um", "--delta", "5 nN"], "argument --delta: "),
     ],

@@ -262,6 +262,11 @@ def test_a_title_of_one_letter(tmp_path):
     assert_same(scan, SCAN)
 
 
+def test_names_of_asylums_channels_end_where_their_labels_do(tmp_path):
+    path = WRITERS["igor"](tmp_path, ROWS, SIZE)
+    assert roughxr.scans.describe(path).name.values.tolist() == ["HeightRetrace"]
+
+
 @pytest.mark.parametrize("name", WRITERS)
 def test_an_error_names_the_format(name, tmp_path):
     path = WRITERS[name](tmp_path, ROWS, SIZE)

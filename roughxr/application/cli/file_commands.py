@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from argparse import Namespace
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from ...files.images.export import to_file, to_netcdf
 from ...files.storage import atomic_write
 from ...mechanics.scans.editing import fill, on_square_pixels
 from ...mechanics.scans.levelling import level
+from ...mechanics.scans.plausibility import ImplausibleScan
 from ...mechanics.scans.roughness_parameters import roughness
 from ...mechanics.vocabulary.numbers import number
 from ...mechanics.vocabulary.refusal import Refusal
@@ -51,7 +53,10 @@ def info(options: Namespace) -> None:
         print(f"run: not finished, {missing}")
     print("images, with sizes and heights in nm, and the rms height s_q about the mean plane:")
     print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: number(v, digits=4)))
-    scan = read_scan(options.file, options).load()
+    with warnings.catch_warnings():
+        if channels.attrs["doubts"]:  # they are printed above
+            warnings.simplefilter("ignore", ImplausibleScan)
+        scan = read_scan(options.file, options).load()
     print(f"\nroughness of {scan.attrs.get('channel', 'height')}, about its mean plane:")
     for variable, value in roughness(scan).data_vars.items():
         if value.ndim == 0:
@@ -62,7 +67,10 @@ def info(options: Namespace) -> None:
 
         from .. import figures
 
-        axes = figures.scan_map(level(scan), ax=Figure(figsize=(4, 3.4), layout="constrained").subplots())
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ImplausibleScan)  # printed above
+            levelled = level(scan)
+        axes = figures.scan_map(levelled, ax=Figure(figsize=(4, 3.4), layout="constrained").subplots())
         save_picture(axes.figure, options.picture)
 
 

@@ -37,9 +37,12 @@ _VERSION = f"roughxr {__version__}; cite the program, and Cheng, Dunn and Brach,
 _RUN = ("run", "RUN", "the archive of a run, such as run.nc, or its folder")
 _DEFAULT = "default: %(default)s"
 
+_HALF = "the radius is half of the diameter: give --sphere-radius half of this value"
+
 #: Names that people give to options, with the option and what to do.
 _OTHER_NAMES = {
-    "--diameter": ("--sphere-radius", "give half of it, --sphere-radius"),
+    "--diameter": ("--sphere-radius", _HALF),
+    "--sphere-diameter": ("--sphere-radius", _HALF),
     "--load": ("--cause", f"what detaches the sphere is --cause: {', '.join(CAUSES)}"),
 }
 

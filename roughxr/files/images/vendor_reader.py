@@ -6,6 +6,7 @@ import io
 import json
 import os
 import re
+import struct
 import zipfile
 from functools import lru_cache
 from typing import Any
@@ -48,7 +49,7 @@ def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
         if name in UNUSED or reader.can_read(head) == IO.MagicMatch.NO:
             continue
         try:
-            mended = {"di": _with_micro_signs, "x3p": _as_standard_x3p}.get(name, str)
+            mended = {"di": _with_micro_signs, "ibw": _with_ended_labels, "x3p": _as_standard_x3p}.get(name, str)
             return IO.open_topography(mended(path), format=name), {}
         except _OversizeMember as error:
             raise ValueError(str(error)) from None
@@ -62,6 +63,25 @@ def _with_micro_signs(path: str) -> Any:
     with open(path, "rb") as file:
         header, end, data = file.read().partition(b"\x1a")
     return io.BytesIO(header.replace(b"~m", b"\xb5m") + end + data) if b"~m" in header else path
+
+
+def _with_ended_labels(path: str) -> Any:
+    """Return an Igor wave of version 5 whose labels have no bytes beyond their end, which would become their name."""
+    with open(path, "rb") as file:
+        header = file.read(64)
+        if header[:2] not in (b"\5\0", b"\0\5"):
+            return path
+        sizes = struct.unpack("<12i" if header[0] else ">12i", header[4:52])
+        begin = 64 + sum(sizes[:8])
+        file.seek(begin)
+        stored = file.read(sum(sizes[8:]))
+        labels = [stored[at : at + 32] for at in range(0, len(stored), 32)]
+        ended = b"".join(label.partition(b"\0")[0].ljust(len(label), b"\0") for label in labels)
+        if ended == stored:
+            return path
+        file.seek(0)
+        wave = file.read()
+    return io.BytesIO(wave[:begin] + ended + wave[begin + len(stored) :])
 
 
 def _as_standard_x3p(path: str) -> Any:
