@@ -8,6 +8,7 @@ from scipy.optimize import minimize_scalar
 
 import roughxr
 from roughxr.mechanics.asperity import moments
+from roughxr.mechanics.contact import levers
 from roughxr.mechanics.contact.adhesion import adhesive_and_moments
 from roughxr.mechanics.kernels.asperity import jkr, maugis
 from roughxr.mechanics.kernels.topography import interpolation
@@ -205,6 +206,22 @@ def test_moments_are_of_one_preload():
         adhesive_and_moments(glass_pair(scan(rough(48))), directions=6, preload=[0.0, 5.0])
     with pytest.raises(ValueError, match="directions"):
         adhesive_and_moments(glass_pair(scan(rough(48))), directions=0)
+
+
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
+@pytest.mark.parametrize(("pixel", "coarsest"), [(15.0, 4), (7.6, 1)])
+def test_cells_too_large_for_a_contact_do_not_state_the_error_of_its_lever(monkeypatch, pixel, coarsest):
+    """A pull-off on cells of half a pixel is compared with larger ones only where these resolve the contact."""
+    solved = []
+
+    def counted(surface, problem, *options, **how):
+        solved.append(problem.refine)
+        return cycles_on(surface, problem, *options, **how)
+
+    cycles_on = levers.cycles_on
+    monkeypatch.setattr(levers, "cycles_on", counted)
+    simulated_levers(bump(pixel), "auto", 2)
+    assert min(solved) == coarsest
 
 
 def bump(pixel, *, part=(0.0, 0.0), half=30.0, radius=100.0, modulus=40.0, work=0.06, **pair):

@@ -14,7 +14,6 @@ import numpy as np
 
 from ..asperity.moments import edge_opening, footprint, touching_cells
 from ..kernels.adhesion import path as path
-from ..kernels.adhesion.steps import SHORTEST_STEP
 from ..kernels.halfspace import displacement_control
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, DUGDALE, JKR
 from .adhesion_on_cells import Adhesion, interaction_range, law_on_cells
@@ -113,23 +112,21 @@ def cycles_on(
     adhesion: Adhesion,
     *,
     fields: bool = False,
-    steepest_only: bool = False,
+    roughly: bool = False,
     press: bool = False,
-    end_step: float = SHORTEST_STEP,
 ) -> Cycles:
-    """Return the cycles on a surface and its mesh; with both edges, or the steepest only.
+    """Return the cycles on a surface and its mesh, with both edges; ``roughly`` with the steepest only, and faster.
 
-    The footprints of the states on retraction are observed if directions of rolling are stated. ``end_step`` is the
-    shortest step at the end of a branch, over the longest.
+    The footprints of the states on retraction are observed if directions of rolling are stated.
     """
     has_edge = ADHESION_LAWS[adhesion.law].has_edge and adhesion.work > 0
     observe = _footprints_of(problem, adhesion) if adhesion.directions.size else None
-    options = {"fields": fields, "press": press, "observe": observe, "end_step": end_step}
+    options = {"fields": fields, "press": press, "observe": observe, "roughly": roughly}
     paths = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem), options)
     steep = [_events(followed, has_edge) for followed in paths]
     pulls = _pull_offs(steep)
     pressed = np.array([followed.pressed for followed in paths])
-    if not has_edge or steepest_only:
+    if not has_edge or roughly:
         edges = [Extrapolation(0.0, 0.0)] * len(paths)
         return Cycles(surface, problem, adhesion.law, paths, [], edges, steep, pulls, np.zeros(0), pressed)
     wider = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem, 0.5), {})

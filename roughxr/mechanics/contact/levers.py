@@ -2,7 +2,8 @@
 
 The states of the retraction are those of the pull-off itself. The mesh's error follows from cells twice as large; at
 small places, cells are halved further while the lever changes. That of the heights between the pixels follows from an
-interpolation by splines, as the pull-off's.
+interpolation by splines, as the pull-off's. All these are followed roughly: steps at the ends of branches change the
+lever by less than its error.
 """
 
 from __future__ import annotations
@@ -13,21 +14,17 @@ import numpy as np
 
 from ..asperity.moments import KEPT, States, lever_change, moments_of_states, states_layout
 from ..jobs.records import Layout
-from ..kernels.adhesion.steps import SHORTEST_STEP
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from .adhesion_on_cells import Adhesion, interaction_range
-from .cycle import Cycles, cycles_on, largest_displacement
+from .cycle import LEAST_RADIUS, Cycles, cycles_on, largest_displacement
 from .mesh import MOST_REFINED
-from .problem import Place, Problem, cell_axes, surface_at
+from .problem import Place, cell_axes, surface_at
 
 #: Change of the lever from cells twice as large, over the mean of all directions, above which cells are halved again.
 _ACCURACY = 0.1
 
 #: Largest number of cells within range: of meshes finer than that of the pull-off, and of all.
 _MOST_FINER_CELLS, _LARGEST_MESH = 5_000, 1_000_000
-
-#: Shortest step on larger cells at the end of a branch, over the longest: takes two thirds of the time.
-_ROUGH_END = 0.125
 
 #: Error over the last change by the mesh, without range: edges converge with the root of the cell, so that all further
 #: changes together exceed the last. Set on the soft surfaces 54 and 55 of ``tests/benchmarks/levers.py``.
@@ -46,22 +43,24 @@ def lever_results(place: Place, cycles: Cycles, adhesion: Adhesion) -> dict[str,
     deepest = largest_displacement(cycles.paths[0], cycles)
     within = cycles.surface.separation < deepest + interaction_range(adhesion, problem)
     pixels = np.count_nonzero(within) / solved_on**2
-    for refine in _refinements(pixels, solved_on):
+    radius = cycles.events[0].get("pull_off_resolution", np.nan)
+    meshes = _refinements(pixels, solved_on, radius)
+    for refine in meshes:
         on_mesh = cycles
         if refine != solved_on:
             other = problem._replace(refine=refine)
-            on_mesh = _retraction(place, other, adhesion, solved_on)
+            on_mesh = cycles_on(surface_at(place, other), other, adhesion, roughly=True)
         coarser, (record, every_second) = record, _moments_on(place, on_mesh, layout)
         change = lever_change(coarser, record)
         mesh_error = change * (1.0 if ADHESION_LAWS[adhesion.law].has_range else _SLOW_CHANGE)
         edge = _EDGE_ERROR * problem.pixel / refine / np.abs(record["lever"]).mean()
         record["lever_error"] = np.sqrt(max(mesh_error, edge) ** 2 + lever_change(every_second, record) ** 2)
-        if refine >= solved_on and change < _ACCURACY:
+        if refine > meshes[0] and change < _ACCURACY:
             break
     if refine > 1:
         on_larger = refine == solved_on > 2  # large places, on cells that are no pixels: nothing lies between these
         other = problem._replace(refine=refine // (1 + on_larger), splined=True)
-        splined, _ = _moments_on(place, _retraction(place, other, adhesion, solved_on), layout)
+        splined, _ = _moments_on(place, cycles_on(surface_at(place, other), other, adhesion, roughly=True), layout)
         between = lever_change(splined, coarser if on_larger else record)
         record["lever_error"] = np.hypot(record["lever_error"], between)
     scale = cycles.pull_offs[0] / record["pull_off_force"]
@@ -70,18 +69,17 @@ def lever_results(place: Place, cycles: Cycles, adhesion: Adhesion) -> dict[str,
     return {own_name: record[name] for own_name, name in KEPT.items()}
 
 
-def _retraction(place: Place, problem: Problem, adhesion: Adhesion, solved_on: int) -> Cycles:
-    """Return the cycle on another mesh, or on other heights between the pixels."""
-    end_step = _ROUGH_END if problem.refine < solved_on else SHORTEST_STEP
-    return cycles_on(surface_at(place, problem), problem, adhesion, steepest_only=True, end_step=end_step)
+def _refinements(pixels: float, solved_on: int, radius: float) -> list[int]:
+    """Return the refinements to compare: half and all of that of the pull-off, and finer ones at small places.
 
-
-def _refinements(pixels: float, solved_on: int) -> list[int]:
-    """Return the refinements to compare: half and all of that of the pull-off, and finer ones at small places."""
+    The larger cells are left out where they do not resolve a contact of this radius (cells of the pull-off).
+    """
     meshes = [solved_on // 2, solved_on] if solved_on > 1 else [1, 2]
     while 2 * meshes[-1] <= MOST_REFINED and pixels * (2 * meshes[-1]) ** 2 <= _MOST_FINER_CELLS:
         meshes.append(2 * meshes[-1])
-    return meshes if solved_on > 1 or 4 * pixels <= _LARGEST_MESH else [1]
+    if solved_on == 1:
+        return meshes if 4 * pixels <= _LARGEST_MESH else [1]
+    return meshes[1:] if len(meshes) > 2 and radius < LEAST_RADIUS else meshes
 
 
 def _moments_on(place: Place, cycles: Cycles, layout: Layout) -> tuple[np.ndarray, np.ndarray]:

@@ -58,7 +58,7 @@ def follow_path(
     max_cells=10**7,
     fields=False,
     observe=None,
-    end_step=SHORTEST_STEP,
+    roughly=False,
     cap=np.inf,
     limit=np.inf,
     residual_height=None,
@@ -88,8 +88,8 @@ def follow_path(
         Return the pressures at the prescribed displacements.
     observe : callable, optional
         ``observe(SolvedState)`` is called for each state on retraction; its results are returned.
-    end_step : float
-        Shortest step at the end of a branch on retraction, over the longest.
+    roughly : bool
+        Locate the ends of branches on retraction less accurately, and follow it only up to the loss of contact.
     cap : float
         Hardness of the body, nm (H dx/E*); inf for an elastic body.
     limit : float
@@ -124,7 +124,7 @@ def follow_path(
     paths = []
     for goal in goals:
         loaded = loading.load(goal)
-        retraction = Retraction(loading, observe, end_step)
+        retraction = Retraction(loading, observe, roughly=roughly)
         paths.append(_path(loading, retraction, loaded))
     if not press:
         return paths
@@ -148,7 +148,7 @@ def _pressed_tension(loading, retraction, load):
         if not loading.has_jumped:
             break
         enough = _AS_HARD * tension
-        retraction = Retraction(loading, None, retraction.end_step / loading.step, retraction.visited)
+        retraction = Retraction(loading, None, known=retraction.visited)
         if not retraction.retract():
             return np.nan
     return retraction.tension

@@ -12,10 +12,14 @@ steps between them leaves room for a larger one. Stiff bodies pull most at first
 import numpy as np
 
 from .states import INTERMEDIATE_TOLERANCE
-from .steps import EQUAL_DELTA, STATE, Stepper, Visit
+from .steps import EQUAL_DELTA, SHORTEST_STEP, STATE, Stepper, Visit
 
-#: Retraction ends where nothing touches and the tension is below this part of the largest.
+#: Retraction ends where nothing touches and the tension is below this part of the largest; if it is followed roughly.
 _LEAST_TENSION = 1e-3
+_LEAST_ROUGH_TENSION = 0.5
+
+#: Shortest step at the end of a branch, over the longest, of a retraction that is followed roughly.
+_ROUGH_END = 0.125
 
 #: Largest error of the largest tension by states missed between two steps.
 _TENSION_ERROR = 0.005
@@ -79,13 +83,14 @@ class _EndSearch:
 class Retraction(Stepper):
     """The retraction from the present state of loading until contact is lost; it finds the largest tension."""
 
-    def __init__(self, loading, observe, end_step, known=()):
+    def __init__(self, loading, observe, *, roughly=False, known=()):
         super().__init__(loading.solver, loading.step, loading.deltas, loading.fields)
         self.last = loading.last
         self.stiffness = loading.stiffness
         self.first = float(self.solver.separation.min()) - self.solver.law.onset
         self.observe = observe
-        self.end_step = end_step * self.step
+        self.end_step = (_ROUGH_END if roughly else SHORTEST_STEP) * self.step
+        self.least_tension = _LEAST_ROUGH_TENSION if roughly else _LEAST_TENSION
         self.known = known  # the states of a retraction from a smaller displacement
         if loading.visited:  # it begins with the present state
             turn = loading.visited[-1]
@@ -309,7 +314,7 @@ class Retraction(Stepper):
         last = self.last
         if last.state.touching.any():
             return False
-        if last.delta <= self.first or -last.force >= _LEAST_TENSION * self.largest:
+        if last.delta <= self.first or -last.force >= self.least_tension * self.largest:
             return last.delta <= self.first
         largest_at = min(self.visited, key=lambda visit: visit.row["force"]).row["delta"] if self.visited else np.inf
         return last.delta < largest_at  # the force also vanishes before it turns to a tension
