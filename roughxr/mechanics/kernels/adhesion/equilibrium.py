@@ -209,11 +209,14 @@ def _tangent_step(body, delta, state, fixed):
 def _quick_gaps(convolution, separation, delta, state):
     """Compute the gaps from the pressures, in single precision."""
     box = convolution.box
-    columns = state.pressure.shape[1]
-    box[:, :columns] = state.pressure
-    box[:, columns:] = 0.0
+    (rows, columns) = state.pressure.shape
+    for i in range(rows):
+        for j in range(box.shape[1]):
+            box[i, j] = state.pressure[i, j] if j < columns else 0.0
     convolve(convolution)
-    state.gap[:] = box[:, :columns] + (separation - delta)
+    for i in range(rows):
+        for j in range(columns):
+            state.gap[i, j] = box[i, j] + (separation[i, j] - delta)
 
 
 @kernel
@@ -289,11 +292,16 @@ def _apply_step(law, state, rows, columns, touching, x, image):
 @kernel
 def _coupled_cells(law, state):
     """Return rows and columns of the cells that touch, or whose traction changes with the gap."""
-    is_coupled = state.touching | (state.gap < 0.0)
-    for i in range(is_coupled.shape[0]):
-        for j in range(is_coupled.shape[1]):
-            is_coupled[i, j] = is_coupled[i, j] or traction(state.gap[i, j], law)[1] >= _SMALLEST_SLOPE
-    return np.nonzero(is_coupled)
+    gap = state.gap
+    cells = np.empty((2, gap.size), np.int64)
+    count = 0
+    for i in range(gap.shape[0]):
+        for j in range(gap.shape[1]):
+            if state.touching[i, j] or gap[i, j] < 0.0 or traction(gap[i, j], law)[1] >= _SMALLEST_SLOPE:
+                cells[0, count] = i
+                cells[1, count] = j
+                count += 1
+    return cells[0, :count].copy(), cells[1, :count].copy()
 
 
 @kernel

@@ -44,10 +44,12 @@ def workspace(products, count):
 @kernel
 def _precondition(near, touching, values, out):
     """Write into ``out`` approximate pressures that solve the system for a right side."""
-    out[:] = np.where(touching, values, 0.0)
+    for k in range(values.size):
+        out[k] = values[k] if touching[k] else 0.0
     if near.matrix.size == 0:
         convolve_cells(near.rows, near.columns, near.inverse, out, out)
-    out[:] = np.where(touching, out, values)
+    for k in range(values.size):
+        out[k] = out[k] if touching[k] else values[k]
 
 
 @kernel(reorder=True)
@@ -102,12 +104,14 @@ def _orthogonalise(touching, tau, room, m, h, e, left):
     z = room.preconditioned[m]
     y = room.images[m]
     new = room.basis[m]
-    new[:] = np.where(touching, y, z - tau * y)
+    for k in range(new.size):
+        new[k] = y[k] if touching[k] else z[k] - tau[k] * y[k]
     for i in range(m):
         h[i, m] = _dot(room.basis[i], new)
         _subtract(new, h[i, m], room.basis[i])
     h[m, m] = np.sqrt(_dot(new, new))
-    new /= h[m, m]
+    for k in range(new.size):
+        new[k] /= h[m, m]
     e[m] = _dot(new, left)
     _subtract(left, e[m], new)
 

@@ -121,7 +121,9 @@ def asperities_scales(A, B, E_star, w, law):
 def _scales_of_each(A, B, E_star, w, law):
     out = np.empty((A.size, 6))
     for i in range(A.size):
-        out[i] = asperity_scales(A[i], B[i], E_star, w, law)
+        scales = asperity_scales(A[i], B[i], E_star, w, law)
+        for k in range(6):  # compiles in a tenth of the time of a row's assignment
+            out[i, k] = scales[k]
     return out
 
 

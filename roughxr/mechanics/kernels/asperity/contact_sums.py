@@ -70,7 +70,8 @@ def superpose(deltas, field, offset, patch_radius, branch):
             if begins < deltas.size:
                 out[OVERLAPPING, begins] += 1.0
     for row in range(CONTACTS, TRUNCATED + 1):  # contacts persist at larger displacements
-        out[row] = np.cumsum(out[row])
+        for k in range(1, deltas.size):
+            out[row, k] += out[row, k - 1]
     return out
 
 

@@ -171,9 +171,10 @@ def pull_offs(x, y, grid, table, radius, profile):
         row[FORCE] = least.F
         row[DELTA] = least.delta
         row[FIRST_TOUCH] = near.touch if near.touch < np.inf else np.nan
-        in_contact = near.onset <= least.delta
-        row[CONTACTS] = in_contact.sum()
-        row[AT_EDGE] = grid.field.at_edge[near.index[in_contact]].sum()
+        for k in range(near.onset.size):
+            if near.onset[k] <= least.delta:
+                row[CONTACTS] += 1.0
+                row[AT_EDGE] += grid.field.at_edge[near.index[k]]
     return out
 
 
@@ -190,6 +191,7 @@ def nearby(x, y, reach, grid, table, radius, profile):
     offset = np.empty(count_in_square)
     index = np.empty(count_in_square, np.int64)
     n = 0
+    touch = np.inf
     for i in range(i0, i1):
         for k in range(cells.first[i, j0], cells.first[i, j1]):
             u = field.x[k] - x
@@ -200,16 +202,50 @@ def nearby(x, y, reach, grid, table, radius, profile):
                 onset[n] = t
                 offset[n] = o
                 index[n] = k
+                touch = min(touch, o)
                 n += 1
-    order = np.argsort(onset[:n], kind="mergesort")  # stable
-    index = index[order]
-    offset = offset[order]
-    adhesion = np.zeros(n + 1)
-    adhesion[1:] = np.cumsum(grid.adhesion[index])
-    lines = np.empty((n if table.size else 0, LENGTH))
-    for k in range(len(lines)):
-        collapse(table, field.scales.row[index[k]], P, lines[k])
-    return Near(onset[order], offset, index, adhesion, lines, offset.min() if n else np.inf)
+    order = _stable_order(onset[:n])
+    near = Near(
+        np.empty(n),
+        np.empty(n),
+        np.empty(n, np.int64),
+        np.zeros(n + 1),
+        np.empty((n if table.size else 0, LENGTH)),
+        touch,
+    )
+    for k in range(n):
+        near.onset[k] = onset[order[k]]
+        near.offset[k] = offset[order[k]]
+        near.index[k] = index[order[k]]
+        near.adhesion[k + 1] = near.adhesion[k] + grid.adhesion[near.index[k]]
+        if table.size:
+            collapse(table, field.scales.row[near.index[k]], P, near.lines[k])
+    return near
+
+
+@kernel
+def _stable_order(values):
+    """Return the indices that sort values, by merging; NumPy's `argsort` takes a second to compile."""
+    n = values.size
+    order = np.empty((2, n), np.int64)
+    for k in range(n):
+        order[0, k] = k
+    width = 1
+    now = 0
+    while width < n:
+        for start in range(0, n, 2 * width):
+            left = start
+            middle = min(start + width, n)
+            right = middle
+            end = min(start + 2 * width, n)
+            for k in range(start, end):
+                from_left = right >= end or (left < middle and values[order[now, left]] <= values[order[now, right]])
+                order[1 - now, k] = order[now, left if from_left else right]
+                left += from_left
+                right += not from_left
+        now = 1 - now
+        width = 2 * width
+    return order[now]
 
 
 @kernel

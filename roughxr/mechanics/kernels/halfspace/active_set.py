@@ -100,7 +100,8 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
             fewest, rounds_left = (violating, patience) if violating < fewest else (fewest, rounds_left - 1)
             changed = _exchange(pressure, gap, contact, cap, work.change, goal, rounds_left <= 0)
         if iterations >= max_iterations:
-            pressure[:] = np.minimum(np.maximum(pressure, 0.0), cap)
+            for k in range(pressure.size):
+                pressure[k] = min(max(pressure[k], 0.0), cap)
             worst = _violations(pressure, gap, contact, cap, goal)[2]
             return Outcome(ITERATION_LIMIT, iterations, worst, shift)
 
@@ -110,8 +111,9 @@ def _count_as_change(depth, pressure, gap, change):
     """If gaps are unknown, set them as without pressures and count all pressures as a change; return whether so."""
     unknown = np.isnan(gap[0])
     if unknown:
-        gap[:-1] = -depth
-        change[:] = pressure
+        for k in range(depth.size):
+            gap[k] = -depth[k]
+            change[k] = pressure[k]
     return unknown
 
 
@@ -119,7 +121,10 @@ def _count_as_change(depth, pressure, gap, change):
 def _neighbours(rows, columns):
     """Return for each cell the compact index of its four neighbours by side and four by corner."""
     count = rows.size
-    number = np.full((rows.max() + 3, columns.max() + 3), count, np.int32)
+    last_column = 0
+    for k in range(count):
+        last_column = max(last_column, columns[k])
+    number = np.full((rows[-1] + 3, last_column + 3), count, np.int32)
     for k in range(count):
         number[rows[k] + 1, columns[k] + 1] = k
     neighbours = np.empty((count, 8), np.int32)
@@ -163,10 +168,16 @@ def _precondition(operator, neighbours, r, preconditioned):
 @kernel
 def _project(gap, contact, work):
     """Remove the net load from the preconditioned residual, and the corresponding shift from the gaps."""
-    excess = work.preconditioned[contact].sum() / work.flat.sum()
-    gap[:-1] += excess
-    work.preconditioned[:-1] -= excess * work.flat[:-1]
-    work.image[:] = np.where(contact, -gap, 0.0)
+    load = 0.0
+    flat = 0.0
+    for k in range(gap.size):
+        load += work.preconditioned[k] if contact[k] else 0.0
+        flat += work.flat[k]
+    excess = load / flat
+    for k in range(gap.size - 1):
+        gap[k] += excess
+        work.preconditioned[k] -= excess * work.flat[k]
+        work.image[k] = -gap[k] if contact[k] else 0.0
     return -excess
 
 
@@ -248,7 +259,8 @@ def _exchange(pressure, gap, contact, cap, change, goal, single):
 def _displace(operator, gap, work):
     """Add the displacement under the change of pressures to the gaps."""
     multiply(operator, work.change, work.image)
-    gap += work.image
+    for k in range(gap.size):
+        gap[k] += work.image[k]
 
 
 @kernel
@@ -257,28 +269,55 @@ def _restore_load(operator, depth, pressure, gap, contact, work, changed, load, 
 
     If nothing yields the pressures are scaled; else the missing load is added as under a flat punch.
     """
-    total = pressure.sum()
-    yields = (pressure >= cap).any()
-    if not contact.any():
+    total, yields, touching = _load(pressure, contact, cap)
+    if touching == 0:
         contact[_next_in_contact(pressure, gap, cap, load - total)] = True
-    work.image[:] = contact
-    _precondition(operator, work.neighbours, work.image, work.flat)
-    work.flat[:] = np.where(contact, work.flat, 0.0)
+        touching = 1
+    flat = _flat_punch(operator, contact, work)
     # relative rounding error of the load
     if yields and abs(load - total) > 1e-13 * load:
-        added = (load - total) / work.flat.sum() * work.flat
-        pressure += added
-        work.change[:] += added
+        for k in range(pressure.size):
+            added = (load - total) / flat * work.flat[k]
+            pressure[k] += added
+            work.change[k] += added
         changed = True
     if changed:
         _displace(operator, gap, work)
-    if total != 0.0 and not yields:
-        part = load / total
-        pressure *= part
-        gap[:-1] = (gap[:-1] + depth + shift) * part - depth - shift
-    mean = gap[contact].sum() / contact.sum()
-    gap[:-1] -= mean
+    part = load / total if total != 0.0 and not yields else 1.0
+    mean = 0.0
+    for k in range(depth.size):
+        pressure[k] *= part
+        gap[k] = (gap[k] + depth[k] + shift) * part - depth[k] - shift
+        mean += gap[k] / touching if contact[k] else 0.0
+    for k in range(depth.size):
+        gap[k] -= mean
     return changed, shift + mean
+
+
+@kernel
+def _load(pressure, contact, cap):
+    """Return the load, whether any cell yields, and the number of cells in contact."""
+    total = 0.0
+    yields = False
+    touching = 0
+    for k in range(pressure.size):
+        total += pressure[k]
+        yields |= pressure[k] >= cap
+        touching += contact[k]
+    return total, yields, touching
+
+
+@kernel
+def _flat_punch(operator, contact, work):
+    """Write approximate pressures of a flat punch on the contact into ``work.flat``; return their sum."""
+    for k in range(contact.size):
+        work.image[k] = 1.0 if contact[k] else 0.0
+    _precondition(operator, work.neighbours, work.image, work.flat)
+    total = 0.0
+    for k in range(contact.size):
+        work.flat[k] = work.flat[k] if contact[k] else 0.0
+        total += work.flat[k]
+    return total
 
 
 @kernel
