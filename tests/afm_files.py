@@ -76,6 +76,14 @@ def write_npy(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path
     return path
 
 
+def write_tiff(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    from PIL import Image
+
+    path = folder / "scan.tif"
+    Image.fromarray(rows.astype("f4")).save(path)
+    return path
+
+
 def write_native(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
     return scans.to_netcdf(expected_scan(rows, size), folder / "native.nc")
 
@@ -545,6 +553,7 @@ WRITERS = {
     "gwy": write_gwy,
     "text": write_text,
     "npy": write_npy,
+    "tiff": write_tiff,
     "native": write_native,
     "surfacetopography": write_surfacetopography,
     "cf": write_cf,
@@ -571,9 +580,9 @@ WRITERS = {
 
 #: Largest error of a height in nm by format: 16-bit counts, 32-bit numbers, decimals.
 ROUNDING = {"bruker": 0.04, "asd": 0.003, "mdt": 0.001, "mi": 2e-4, "nid": 2e-4, "sur": 1e-4}
-ROUNDING |= dict.fromkeys(("gsf", "igor", "park", "jpk", "sxm", "nhf", "bcr"), 1e-6)
+ROUNDING |= dict.fromkeys(("gsf", "igor", "park", "jpk", "sxm", "nhf", "bcr", "tiff"), 1e-6)
 
 
 def given(name: str, size: tuple[float, float]) -> dict[str, object]:
     """Return the options that must be given with a file whose format does not state them."""
-    return {"size": size, "height_units": "nm"} if name in ("npy", "hdf5") else {}
+    return {"size": size, "height_units": "nm"} if name in ("npy", "hdf5", "tiff") else {}

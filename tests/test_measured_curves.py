@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.files.curves.doubts import curve_doubts
 
 from .force_curves import PULL, RADIUS, STIFFNESS, WORK, retraction_with_tail, sphere
 
@@ -112,17 +113,25 @@ def test_deflections_need_their_spring_constant():
     np.testing.assert_allclose(measured.pull_off_force, roughxr.measured.curves_pull_off(ds).pull_off_force)
 
 
-def test_the_pull_on_a_bent_baseline_is_within_its_error_or_its_limit():
-    ds = curves(20, noise=20.0)
-    weak = ds.assign(force=ds.force - 0.3 * ds.force.where(ds.force < -1e9, 0.0))
-    assert "" in set(roughxr.measured.curves_pull_off(weak, spring_constant=STIFFNESS).reason.values)
-    bent = ds.force + 0.002 * np.maximum(ds.piezo + 500.0, 0.0) ** 2
-    measured = roughxr.measured.curves_pull_off(
-        ds.assign(force=bent.transpose(*ds.force.dims).assign_attrs(units="nN"))
-    )
-    off = np.abs(measured.pull_off_force - PULL) / measured.pull_off_standard_error
-    is_covered = (off < 2) | (measured.pull_off_at_most >= PULL)
-    assert is_covered.all()
+@pytest.mark.parametrize("noise", [20.0, 1.0])
+@pytest.mark.parametrize(("bend", "smallest_error", "largest_error"), [(5e-4, 0.1, 0.25), (2e-3, 0.4, 0.8)])
+def test_a_bent_baseline_biases_pulls_within_their_error_and_each_is_doubted(
+    noise, bend, smallest_error, largest_error
+):
+    """A parabola of 1.1 and 4.5 pulls beside the contact: 3 to 17 % low, with errors of 15 and 57 %."""
+    ds = curves(20, noise=noise)
+    bent = ds.force + bend * np.maximum(ds.piezo + 500.0, 0.0) ** 2
+    results = roughxr.measured.curves_pull_off(ds.assign(force=bent.transpose(*ds.force.dims).assign_attrs(units="nN")))
+    force = results.pull_off_force.values
+    error = results.pull_off_standard_error.values
+    assert np.isfinite(force).all()
+    assert (np.abs(force - PULL) < 2 * error).mean() >= 0.95
+    relative_error = np.median(error) / PULL
+    assert smallest_error < relative_error < largest_error
+    assert abs(force.mean() / PULL - 1) < 1.1 * relative_error
+    assert all(any("standard error" in doubt for doubt in doubts) for doubts in curve_doubts(results))
+    straight = roughxr.measured.curves_pull_off(ds)
+    assert np.median(straight.pull_off_standard_error) < 0.5 * np.median(error)
 
 
 def test_a_force_that_falls_towards_the_surface_is_no_contact():

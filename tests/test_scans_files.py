@@ -310,7 +310,7 @@ def test_the_engine_is_xarrays(tmp_path):
 def test_only_files_of_microscopes_and_gwyddions_text_are_claimed_without_an_engine(name, tmp_path):
     rows = picture()
     path = WRITERS[name](tmp_path, rows, image_size(rows))
-    shared = {"xyz", "npy", "native", "surfacetopography", "cf", "hdf5", "topostats", "h5-jpk", "nhf"}
+    shared = {"xyz", "npy", "tiff", "native", "surfacetopography", "cf", "hdf5", "topostats", "h5-jpk", "nhf"}
     assert RoughxrBackend().guess_can_open(path) == (name not in shared)
 
 
@@ -409,7 +409,7 @@ def test_without_the_extra_the_core_formats_open_and_the_others_name_it(name, tm
     path = WRITERS[name](tmp_path, rows, image_size(rows))
     for module in ("SurfaceTopography", "SurfaceTopography.IO", "gsffile"):
         monkeypatch.setitem(sys.modules, module, None)
-    core = ("gwy", "text", "xyz", "npy", "jpk", "sxm", "asd", "topostats", "h5-jpk", "nhf", "hdf5", *LABELLED)
+    core = ("gwy", "text", "xyz", "npy", "tiff", "jpk", "sxm", "asd", "topostats", "h5-jpk", "nhf", "hdf5", *LABELLED)
     if name in core:
         scan = open_scan(path, **given(name, image_size(rows)))
         assert_same(scan, expected_scan(rows, image_size(rows)), ROUNDING.get(name, 1e-9))

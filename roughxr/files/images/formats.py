@@ -26,6 +26,7 @@ READ = {
     "gsf": Format("Gwyddion Simple Field", ".gsf", "afm"),
     "text": Format("text: a matrix, or points x, y, z of a grid", ".txt .csv .dat .asc .xyz"),
     "npy": Format("NumPy array", ".npy"),
+    "tiff": Format("TIFF of floating-point numbers", ".tif"),
     "hdf5": Format("HDF5: any matrix; TopoStats, JPK, Nanosurf, NeXus", ".h5 .topostats .h5-jpk .nhf .nxs"),
     "di": Format("Bruker/Veeco/DI NanoScope", ".spm .000 .001", "afm"),
     "ibw": Format("Asylum, Igor wave", ".ibw", "afm"),

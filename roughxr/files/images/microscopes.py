@@ -37,6 +37,10 @@ _DIRECTIONS = {"trace": "f", "retrace": "b"}
 _VERSION_0 = struct.Struct("<4x2s2s2i12x4h4x2fIi39xi")
 _VERSION_1 = struct.Struct("<4x2i12x2s2x2s2x4xi8x4i69xIi16x2f")
 
+#: TIFF's tag of the kind of its numbers, and the kind of one floating-point number for each pixel.
+_SAMPLE_FORMAT = 339
+_FLOAT = 3
+
 #: Names of what a movie holds, and lowest and highest voltage of its converter by a code.
 _KINDS = {b"TP": "Topography", b"ER": "Error", b"PH": "Phase"}
 _VOLTS = {1: (0, 1), 2: (0, 2.5), 4: (0, 5), 1 << 16: (-1, 1), 1 << 17: (-2.5, 2.5), 1 << 18: (-5, 5)}
@@ -50,6 +54,28 @@ def is_jpk(path: Path) -> bool:
 def is_park(path: Path) -> bool:
     """Return whether a TIFF file has the magic number of Park Systems."""
     return _has_tag(path, _PARK)
+
+
+def is_float_matrix(path: Path) -> bool:
+    """Return whether a TIFF file has one page, of one floating-point number for each pixel."""
+    try:
+        (page,) = _pages(path, 2)
+        return np.ravel(page[_SAMPLE_FORMAT]).tolist() == [_FLOAT]
+    except Exception:  # several pages, integers, or any TIFF that Pillow cannot read
+        return False
+
+
+def float_channels(path: Path) -> list[Channel]:
+    """Return the one image of a TIFF file without a microscope's tags; its size and units must be given."""
+    (page,) = _pages(path)
+    return [Channel(path.stem, None, (page[257], page[256]), None, None, partial(_float_rows, path))]
+
+
+def _float_rows(path: Path) -> np.ndarray:
+    from PIL import Image
+
+    with Image.open(path) as image:
+        return np.asarray(image, dtype=float)
 
 
 def _has_tag(path: Path, tag: int) -> bool:

@@ -77,6 +77,8 @@ def reader_of(path: Path) -> tuple[str, Callable[[Path], list[Channel]]]:
         return "asd", microscopes.asd_channels
     if head.startswith(microscopes.TIFF) and microscopes.is_jpk(path):
         return "jpk", microscopes.jpk_channels
+    if head.startswith(microscopes.TIFF) and not microscopes.is_park(path) and microscopes.is_float_matrix(path):
+        return "tiff", microscopes.float_channels
     if plain.is_text(head) and not head.startswith(vendors.TEXT_SIGNATURES) and plain.has_digit(path):
         return "text", plain.text_channels
     return "vendor", vendors.channels
