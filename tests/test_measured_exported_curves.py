@@ -182,3 +182,13 @@ def test_real_nanoscope_curves_reach_the_trigger_that_their_header_states():
         assert loading.sizes["subregion"] == count
         depth = loading.max("sample") - loading.isel(sample=slice(0, 100)).median("sample")
         np.testing.assert_allclose(depth.median(), reached, rtol=0.05)
+
+
+def test_a_jpk_text_of_the_data_processing_program_may_state_no_place(tmp_path):
+    """Curves that were recorded at no stated place have dashes there."""
+    path = made.write_jpk_text(tmp_path / "curve.txt", made.cycle(np.random.default_rng(0)))
+    with_place = roughxr.open_pull_off(path)
+    path.write_text(path.read_text().replace("2.0E-6", "----").replace("3.0E-6", "----"))
+    without = roughxr.open_pull_off(path)
+    assert "subregion_x" in with_place.coords and "subregion_x" not in without.coords
+    np.testing.assert_array_equal(without.pull_off_force, with_place.pull_off_force)

@@ -84,8 +84,9 @@ def _jpk_text(path: Path, known: dict[str, float]) -> Iterator[Curve]:
         "paused": np.repeat([segment.stated.get("segment") == "pause" for segment in segments], sizes),
     }
     last = segments[-1]
-    places = {f"position {axis}": float(last.stated.get(f"{axis}Position", np.nan)) for axis in "xy"}
-    yield {"metadata": {**last.calibration, **places}, "data": columns, "needed": last.needed}
+    stated = {f"position {axis}": last.stated.get(f"{axis}Position", "") for axis in "xy"}
+    places = {name: float(place) for name, place in stated.items() if _is_number(place)}  # else "----"
+    yield {"metadata": last.calibration | places, "data": columns, "needed": last.needed}
 
 
 class _Segment(NamedTuple):
