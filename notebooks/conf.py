@@ -78,9 +78,9 @@ html_css_files = ["narrow.css"]
 html_title = f"roughxr {version}"
 html_show_sourcelink = False
 html_copy_source = False
-html_theme_options = {"show_prev_next": False, "navigation_with_keys": False, "header_links_before_dropdown": 6}
-_ALONE = "start tutorial how-to faq gallery verification concepts physics below-the-pixel against-experiment speed"
-_ALONE += " other-programs equations citing changelog"
+html_theme_options = {"show_prev_next": False, "navigation_with_keys": False, "header_links_before_dropdown": 7}
+_ALONE = "start five-and-five tutorial how-to faq gallery verification concepts physics below-the-pixel"
+_ALONE += " against-experiment speed other-programs equations citing changelog"
 html_sidebars = {f"site/{page}": [] for page in _ALONE.split()}  # pages with no other below them
 html_math_renderer = "mathml"
 

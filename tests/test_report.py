@@ -20,6 +20,7 @@ import roughxr
 from roughxr import archive, figures
 from roughxr.application import cli, report
 from roughxr.application.headline import _next_step
+from roughxr.application.report.report_page import methods
 from roughxr.application.report.run_tables import debris_flags
 from roughxr.application.runs import analysis, several
 from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
@@ -546,6 +547,16 @@ def test_a_step_is_advised_where_it_narrows_the_interval(narrowed, ends):
     step = _next_step(summary, value)
     assert (narrowed == 59.0) == (step == "")
     assert ends in step and "wider than" not in step
+
+
+def test_methods_state_levelling_hamaker_constant_and_the_sources_of_the_interval(run):
+    scan = run["scan"].assign_attrs(levelling="plane").assign_coords(hamaker_constant=0.065)
+    text = methods(run | {"scan": scan})
+    assert "pixels, levelled by a plane, at" in text and "by the Hamaker constant A = 65 zJ" in text
+    errors = run["statistics/error_budget"].relative_std
+    largest = str(errors.entry[int(errors.argmax("entry"))].values)
+    sources = text.partition("The interval contains, as standard deviations, the errors of ")[2]
+    assert f"{largest} ({numbers.percent(float(errors.max()))})" in sources
 
 
 @pytest.fixture(scope="module")

@@ -20,6 +20,7 @@ from SurfaceTopography.Container.SurfaceContainer import InMemorySurfaceContaine
 import roughxr
 from roughxr import figures
 from roughxr.accessor import ContactAccessor
+from roughxr.application.cli.options import command_line
 from roughxr.mechanics.bodies.substances import MATERIALS
 
 from . import force_curves
@@ -69,6 +70,16 @@ def test_the_finished_report_of_the_site_is_that_of_the_readmes_run():
 def test_python_that_pages_show_is_python(page):
     for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
         compile(block, str(page), "exec")
+
+
+def test_the_page_of_five_commands_and_five_verbs_names_those_that_exist():
+    text = (PAGES / "five-and-five.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^\| `roughxr (.*?)` \|", text, re.MULTILINE)
+    assert len(commands) == 5
+    for command in commands:
+        assert command_line().parse_args(shlex.split(command))  # it ends for unknown commands and options
+    verbs = re.findall(r"^\| `\w+\.contact\.(\w+)\(", text, re.MULTILINE)
+    assert len(verbs) == 5 and set(verbs) <= set(vars(ContactAccessor))
 
 
 RECIPES = re.findall(r"```python\n(.*?)```", (PAGES / "how-to.md").read_text(encoding="utf-8"), re.DOTALL)

@@ -22,7 +22,7 @@ from ...mechanics.bodies import liquid
 from ...mechanics.scans.regions import sides
 from ...mechanics.statistics import LAWS
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.numbers import number
+from ...mechanics.vocabulary.numbers import number, percent
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import printable, sentences_on_lines
 from .. import archive, figures
@@ -192,15 +192,35 @@ def methods(run: Run) -> str:
     body = "half space"
     if schema.is_coated(scan):
         body += f" below a layer of {number(scan['layer_thickness'], 'nm')}"
+    levelling = _LEVELLED.get(scan.attrs.get("levelling", ""), "as measured")
+    attraction = f"work of adhesion {number(scan['work_of_adhesion'], 'J/m²')}"
+    if "hamaker_constant" in scan.coords:
+        attraction += f" by the Hamaker constant A = {number(1e3 * scan['hamaker_constant'], 'zJ')}"
+    preload = float(run["solutions/adhesive"].attrs.get("preload", 0.0))
+    pressing = f"after a preload of {number(preload, 'nN')}" if preload else "without preload"
     text = (
         f"Pull-off forces of {indenter}{materials} were computed with roughxr {__version__} on a scan "
-        f"of {facts['size']}, at {facts['places']}. The contact of the elastic {body} was solved with adhesion{medium} "
-        f"(law: {facts['law of adhesion']}; contact modulus {number(scan['contact_modulus'], 'GPa')}; work of adhesion "
-        f"{number(scan['work_of_adhesion'], 'J/m²')}), on {facts['mesh']}, after a preload of {facts['preload']}."
+        f"of {facts['size']}, {levelling}, at {facts['places']}. The contact of the elastic {body} was solved with "
+        f"adhesion{medium} (law: {facts['law of adhesion']}; contact modulus {number(scan['contact_modulus'], 'GPa')}; "
+        f"{attraction}), on {facts['mesh']}, {pressing}."
     )
-    if best_estimate_notes(run):
-        text += f" {' '.join(best_estimate_notes(run))} Intervals are at 95 %."
-    return text
+    return " ".join(filter(None, [text, *best_estimate_notes(run), _sources(run), "Intervals are at 95 %."]))
+
+
+#: What was subtracted from the heights, in words.
+_LEVELLED = {"plane": "levelled by a plane", "quadratic": "levelled by a surface of second degree"}
+
+
+def _sources(run: Run) -> str:
+    """Return the sources of the interval with their standard deviations as a sentence; empty without a budget."""
+    if BUDGET not in run:
+        return ""
+    errors = full_budget(run)["relative_std"].dropna("entry")
+    errors = errors.sortby(errors, ascending=False)
+    # least error that is named, of the mean
+    named = errors.isel(entry=(errors > 0.005).values)
+    entries = [f"{entry} ({percent(error)})" for entry, error in zip(named["entry"].values, named.values)]
+    return f"The interval contains, as standard deviations, the errors of {', '.join(entries)}." if entries else ""
 
 
 #: Models that `regime` recommends, in words.

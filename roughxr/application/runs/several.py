@@ -119,13 +119,15 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
     all_places = xr.concat(tables, "scan", data_vars="all", coords="minimal")
     endings = written_formats()
     pooled_mean = _pooled_words(finished)
+    first = next(iter(finished.values()))
+    named = [(name, first.setting[name]) for name in ("materials", "medium") if first.setting[name]]
     page = render_template(
         _PAGE,
         title=f"{len(finished)} scans",
         table=f"{table_name(output)}{endings[-1]}",
         pooled=pooled_mean,
-        pair=next(iter(finished.values())).pair,
-        fluid=next(iter(finished.values())).summary.attrs.get("fluid", ""),
+        pair=named + first.pair,
+        fluid=first.summary.attrs.get("fluid", ""),
         rows=[(n, Path(n).stem, _cells(run), headline(run.summary), run.cautions) for n, run in finished.items()],
         refused=refused,
     )
