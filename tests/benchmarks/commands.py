@@ -1,10 +1,10 @@
 """What whole commands take: processor and wall time, until the first estimate is on the screen, and peak memory.
 
-    python tests/benchmarks/commands.py [help] [import] [place] [paper] [--cold] [--against PATH]
+    python tests/benchmarks/commands.py [help] [import] [places] [paper] [--cold] [--against PATH]
     python tests/benchmarks/commands.py --scans PATH [PATH ...] [--pairs glass polystyrene] [--limit SECONDS]
 
-Each command runs in a process of its own. ``place`` is ``paper`` at one place in place of 64, which
-compiles the same kernels. Kernels come from Numba's cache as it is, so that a first run fills it; with
+Each command runs in a process of its own. ``places`` is ``paper`` at four places in place of 64, which compiles the
+same kernels; not with ``--against``. Kernels come from Numba's cache as it is, so that a first run fills it; with
 ``--cold`` each command runs with an empty cache, and then with what this holds.
 
 ``--against`` runs each command in turn with this package and with another, a checkout or an environment with
@@ -33,19 +33,18 @@ from typing import NamedTuple
 
 import psutil
 
-_MAIN = "import sys; from roughxr.application.cli import main; sys.exit(main(sys.argv[1:]))"
-_PLACE = """if True:
+_PLACES = """if True:
     import sys
     from roughxr.application.reproduction import run
-    run.PLAN = run.PLAN._replace(subregions=(1, 1))
+    run.PLAN = run.PLAN._replace(subregions=(2, 2))
     run.paper(sys.argv[1])"""
 
 #: Arguments of Python, to which the folder of the output is added.
 COMMANDS = {
-    "help": lambda out: ["-c", _MAIN, "--help"],
+    "help": lambda out: ["-m", "roughxr", "--help"],
     "import": lambda out: ["-c", "import roughxr"],
-    "place": lambda out: ["-c", _PLACE, out],
-    "paper": lambda out: ["-c", _MAIN, "paper", "-o", out],
+    "places": lambda out: ["-c", _PLACES, out],
+    "paper": lambda out: ["-m", "roughxr", "paper", "-o", out],
 }
 
 #: How a command may end: well, or interrupted, by its own word or by Python's as it closes.
@@ -146,7 +145,7 @@ def on_scan(path, pair, limit):
     from roughxr import archive  # not before: the peak of a process begins at that of the one that starts it
 
     with tempfile.TemporaryDirectory() as out:
-        took = command(["-c", _MAIN, "run", str(path), *PAIRS[pair], "-o", out], limit=limit)
+        took = command(["-m", "roughxr", "run", str(path), *PAIRS[pair], "-o", out], limit=limit)
         if took.status not in _ENDS:
             return
         kept = Path(out) / "run.nc"
