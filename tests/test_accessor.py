@@ -43,8 +43,14 @@ def test_the_help_of_adhesive_takes_250_words_before_its_sources():
 
 
 def test_misspelt_options_and_verbs_name_the_nearest(surface):
-    with pytest.raises(TypeError, match=r"load: adhesive has no such option \(did you mean preload\?\)"):
+    with pytest.raises(
+        TypeError, match=r"load: expected an option of adhesive, found no such option \(did you mean preload\?\)"
+    ):
         surface.contact.adhesive(load=3)
+    with pytest.raises(roughxr.Refusal, match="direct: expected arguments by their names, found 1 without a name"):
+        surface.contact.direct([5.0])
+    with pytest.raises(roughxr.Refusal, match="vary: expected solve, found none; see help"):
+        surface.contact.vary(sphere_radius=[500, 1000])
     with pytest.raises(AttributeError, match=r"no verb 'pulloff' \(did you mean pull_off\?\)"):
         surface.contact.pulloff()
 

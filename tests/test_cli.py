@@ -17,6 +17,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
+import roughxr
 from roughxr import archive, superpose
 from roughxr.application import report
 from roughxr.application.cli import file_commands, main
@@ -784,3 +785,22 @@ def test_options_that_need_humidity_are_named_as_typed(tmp_path, capsys):
     assert "--humidity: expected one with --film, found none" in printed and "a solid film is a --layer" in printed
     assert main([*arguments, "--humidity", "160%", "-o", str(tmp_path / "o")]) == 1
     assert capsys.readouterr().err.rstrip().endswith("found '160%'")
+
+
+def test_quoted_wildcards_name_files(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.csv").write_text("force [nN]\n1\n2\n3\n")
+    assert main(["measured", "*.csv"]) == 0
+    assert "median" in capsys.readouterr().out
+    assert main(["info", "*.csv"]) == 1
+    assert "expected one file, found 2 by *.csv: a.csv, b.csv" in capsys.readouterr().err
+    assert main(["info", "*.spm"]) == 1
+    assert "*.spm: no such file" in capsys.readouterr().err
+
+
+def test_the_archive_of_a_folder_is_that_with_statistics(tmp_path):
+    scan = roughxr.open_sample("rough").isel(x=slice(0, 8), y=slice(0, 8))
+    roughxr.scans.to_netcdf(scan, tmp_path / "a-scan.nc")
+    roughxr.archive.save({"scan": scan, "statistics/roughness": scan.contact.roughness()}, tmp_path / "wafer.nc")
+    assert roughxr.application.archive.run_archive(tmp_path).name == "wafer.nc"

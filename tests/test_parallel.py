@@ -135,6 +135,13 @@ def test_a_bar_and_a_message_are_lines_of_their_own_in_a_file():
     assert all(line.startswith("places: ") for line in lines[:-1] if line != "Mean pull-off 60 nN")
 
 
+def test_stages_are_messages_of_a_logger(caplog):
+    caplog.set_level("INFO", logger="roughxr")
+    with Stages({"one": 10}, {"one": "pull-off"}) as stage:
+        stage("one")
+    assert [record.getMessage() for record in caplog.records] == ["stage 1 of 1, less than a minute left: pull-off"]
+
+
 @pytest.mark.parametrize("fails", [True, False])
 def test_the_answer_so_far_is_left_by_a_run_that_is_interrupted(fails, capsys):
     with contextlib.suppress(KeyboardInterrupt), progress(stream := io.StringIO()), Stages({"one": 10}, {}) as stage:

@@ -170,3 +170,15 @@ def test_force_over_displacement_of_soft_bodies_is_computed_at_one_place(surface
         solved = roughxr.adhesive(specimen.scan, subregions=(2, 1), mesh=1)
         groups = run_parts._curves_around_pull_off(analysis.Task(specimen, plan, groups={"solutions/adhesive": solved}))
         assert groups["solutions/curves"].sizes["subregion"] == places
+
+
+def test_a_run_takes_a_file_and_its_pair(tmp_path, capsys):
+    roughxr.scans.to_netcdf(
+        self_affine((32, 32), 20.0, rms=1.0, hurst=0.8, rolloff=300, cutoff=150, seed=1), tmp_path / "scan.nc"
+    )
+    pair = {"sphere_radius": 500, "contact_modulus": 40, "work_of_adhesion": 0}
+    places = {"subregions": (2, 1), "delta": [1.0, 2.0]}
+    groups = roughxr.run(tmp_path / "scan.nc", tmp_path / "run.nc", **places, **pair)
+    assert float(groups["scan"].sphere_radius) == 500 and "asperities" in capsys.readouterr().out
+    with pytest.raises(roughxr.Refusal, match=r"meshs: .* no such option \(did you mean mesh\?\)"):
+        roughxr.run(tmp_path / "scan.nc", tmp_path / "run.nc", meshs=2)

@@ -154,3 +154,25 @@ def test_what_code_reads_of_a_result_is_no_text_of_its_history():
     assert fluid_of(critical) == helium
     with pytest.raises(ValueError, match=r"expected a result of critical_load, .*, found none of .*viscosity"):
         fluid_of(moments)
+
+
+def test_a_stack_of_scans_is_refused_with_its_dimension():
+    image = scan(rough(8))
+    stack = xr.concat([image, image], "frame")
+    for verb in (level, roughness, direct, asperities):
+        with pytest.raises(roughxr.Refusal, match=r"found \(frame, x, y\); take one image, ds.isel\(frame=0\)"):
+            verb(stack)
+
+
+def test_refusals_show_six_digits():
+    assert str(roughxr.Refusal("load", "positive loads", 1 / 3)) == "load: expected positive loads, found 0.333333"
+    assert "found [0.333333, 2]" in str(roughxr.Refusal("load", "one load", [1 / 3, 2]))
+    with pytest.raises(ValueError, match=r"sphere_radius: expected one positive number in nm, found -0\.3$"):
+        scan(rough(8)).contact.assign_pair(sphere_radius=-(0.1 + 0.2), materials="glass")
+
+
+def test_each_warning_of_the_package_has_its_class():
+    names = [name for name in roughxr.__all__ if isinstance(getattr(roughxr, name), type)]
+    warnings_of_the_package = {name for name in names if issubclass(getattr(roughxr, name), roughxr.RoughxrWarning)}
+    assert {"ImplausibleScan", "ImplausiblePair", "IncompleteResult", "UnresolvedContact"} <= warnings_of_the_package
+    assert issubclass(roughxr.UnreadableScan, roughxr.Refusal)

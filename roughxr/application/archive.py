@@ -345,12 +345,21 @@ def run_archive(path: Path) -> Path:
     if not path.is_dir():
         return path
     archives = [path / name for name in ("run.nc", "paper.nc") if (path / name).is_file()]
-    archives = archives or sorted(path.glob("*.nc"))
+    files = sorted(path.glob("*.nc"))
+    archives = archives or [file for file in files if _has_statistics(file)] or files
     if len(archives) != 1:
         archives = archives or sorted(path.glob("*/run.nc"))  # of several scans
         listed = ", ".join(str(file.relative_to(path)) for file in archives) or "none"
         raise Refusal(path, "a folder with one archive", listed, "give the file itself")
     return archives[0]
+
+
+def _has_statistics(path: Path) -> bool:
+    """Return whether a file is the archive of a run, and no scan or another NetCDF file."""
+    if not h5py.is_hdf5(path):
+        return False
+    with h5py.File(path) as root:
+        return "statistics" in root
 
 
 def checked_names(door: Callable) -> Callable:

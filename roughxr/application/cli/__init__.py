@@ -25,7 +25,15 @@ from contextlib import nullcontext, redirect_stdout
 from ...mechanics.jobs.interrupts import delivered_interrupts, is_interrupt
 from ...mechanics.jobs.progress import print_line, progress
 from .options import command_line
-from .words import EXPECTED_ERRORS, Printable, error_text, in_shell, print_error, refuse_inputs_as_outputs
+from .words import (
+    EXPECTED_ERRORS,
+    Printable,
+    error_text,
+    expand_wildcards,
+    in_shell,
+    print_error,
+    refuse_inputs_as_outputs,
+)
 
 #: Exit status after Ctrl-C, as of a shell's commands.
 _INTERRUPTED = 130
@@ -53,6 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.simplefilter("always", UserWarning)  # whatever the filters of Python: each is printed once
             warnings.showwarning = lambda message, *_, **__: print_error(in_shell(str(message), options), printed)
             with nullcontext() if getattr(options, "quiet", True) else progress():
+                expand_wildcards(options)
                 refuse_inputs_as_outputs(options)
                 importlib.import_module(".checks", __package__).check(options)
                 print_line("loading the package")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import re
 import sys
@@ -59,6 +60,24 @@ def refuse_inputs_as_outputs(options: Namespace) -> None:
         for file in filter(os.path.isfile, files[name]):
             if any(os.path.samefile(file, other) for other in read):
                 raise Refusal(name, "another file than those that are read", file)
+
+
+def expand_wildcards(options: Namespace) -> None:
+    """Replace quoted wildcards of files, which no shell has expanded; one that fits no file stays as it is."""
+    for name in ("scan", "file", "run", "finer", "indenter"):
+        value = getattr(options, name, None)
+        if value is None:
+            continue
+        files: list[str] = []
+        for file in value if isinstance(value, list) else [value]:
+            matches = [] if os.path.exists(file) or not glob.has_magic(file) else sorted(glob.glob(file))
+            files += matches or [file]
+        if isinstance(value, list):
+            setattr(options, name, files)
+        elif len(files) > 1:
+            raise Refusal(name, "one file", f"{len(files)} by {value}: {', '.join(files[:4])}", "name one of them")
+        else:
+            setattr(options, name, files[0])
 
 
 def in_shell(text: str, options: Namespace) -> str:

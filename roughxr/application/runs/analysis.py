@@ -14,13 +14,17 @@ Its result is a dictionary of Datasets, the groups of its archive:
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from inspect import signature
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
 from ...files.doors import refuse_place
+from ...files.images.backend import open_scan
 from ...files.storage import remove_leftovers
+from ...mechanics.bodies.pair import assign_pair
 from ...mechanics.contact.adhesive_options import chosen_law
 from ...mechanics.contact.mesh import Mesh, read_mesh
 from ...mechanics.jobs.progress import Stages, print_line, rough_duration
@@ -33,8 +37,8 @@ from ...mechanics.studies.extrapolation import refuse_synthetic
 from ...mechanics.studies.finer_scan import second_scan
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, JKR
-from ...mechanics.vocabulary.refusal import Refusal
-from ...mechanics.vocabulary.text import warn
+from ...mechanics.vocabulary.refusal import Refusal, WrongCall
+from ...mechanics.vocabulary.text import did_you_mean, warn
 from ...mechanics.vocabulary.units import Places, Quantities, Quantity, positive
 from .. import figures, report
 from ..checkpoint import checkpointed
@@ -45,7 +49,7 @@ from .run_options import check_output, read_adhesion
 
 
 def run(
-    scan: xr.Dataset,
+    scan: xr.Dataset | str | os.PathLike,
     output: str | Path,
     *,
     subregions: Places = (8, 8),
@@ -60,13 +64,14 @@ def run(
     shortest: Quantity | None = None,
     flow: str | Flow = "air",
     command: str = "",
+    **pair: Any,
 ) -> dict[str, xr.Dataset]:
     """Analyse a scan, and write archive, figures, tables and report; called again after an interruption, it resumes.
 
     Parameters
     ----------
-    scan : Dataset
-        A scan with an assigned pair.
+    scan : Dataset or path
+        A scan with an assigned pair, or the file of one for `open_scan`.
     output : path
         A folder, or a file ending in ``.nc`` for the archive alone, whose tables are printed.
     subregions : (int, int), (array, array) or Dataset
@@ -93,6 +98,8 @@ def run(
         medium in which the bodies adhere).
     command : str
         Shown in the report as the command that repeats the run.
+    **pair
+        The two bodies as for `assign_pair`, if they are not assigned yet.
 
     Returns
     -------
@@ -123,6 +130,7 @@ def run(
     """
     output = Path(output)
     check_output(output)
+    scan = _paired(scan, pair)
     adhesion = read_adhesion(preload, law, budget)
     if schema.one_of(levelling, (*METHODS, "none"), "levelling") != "none":
         scan = level(scan, method=levelling)
@@ -204,6 +212,16 @@ def execute(
     if folder is None:
         print(printed.rstrip("\n"))
     return groups
+
+
+def _paired(scan: xr.Dataset | str | os.PathLike, pair: Mapping[str, Any]) -> xr.Dataset:
+    """Return a scan, read from its file if it is one, with its pair of bodies."""
+    options = signature(assign_pair).parameters
+    if unknown := [name for name in pair if name not in options]:
+        similar = did_you_mean(unknown[0], (*signature(run).parameters, *options))
+        raise WrongCall(unknown[0], "an option of run or assign_pair", f"no such option{similar}")
+    opened = scan if isinstance(scan, xr.Dataset) else open_scan(scan)
+    return assign_pair(opened, **pair) if pair else opened
 
 
 def _soft_words(specimen: Specimen, plan: Plan) -> str:

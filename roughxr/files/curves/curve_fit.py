@@ -35,7 +35,7 @@ from ...mechanics.vocabulary.adhesion_laws import (
     read_law,
 )
 from ...mechanics.vocabulary.refusal import Refusal
-from ...mechanics.vocabulary.text import warn
+from ...mechanics.vocabulary.text import RoughxrWarning, warn
 from ...mechanics.vocabulary.units import Quantity, fraction, positive, single
 from .baselines import Baseline, least_error_line, straight_baseline, with_choice_error
 from .force_curves import at_places, evaluated_retraction, recorded_curves, retraction_pull
@@ -74,8 +74,15 @@ _RESULT = np.dtype(
 )
 
 
-class MisfittingCurves(UserWarning):
-    """A law does not describe force-distance curves within their noise."""
+class MisfittingCurves(RoughxrWarning):
+    """A law does not describe force-distance curves within their noise.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import roughxr
+    >>> warnings.simplefilter("error", roughxr.MisfittingCurves)  # stop instead of warning
+    """
 
 
 def fit_curve(

@@ -11,7 +11,7 @@ import xarray as xr
 
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.refusal import Refusal
-from ...mechanics.vocabulary.text import warn
+from ...mechanics.vocabulary.text import RoughxrWarning, warn
 from ...mechanics.vocabulary.units import Quantity, converted, positive, single
 from .baselines import (
     Baseline,
@@ -67,14 +67,14 @@ _RUPTURE_SAMPLES, _RUPTURE_SIGNIFICANCE, _STEADY = 4, 6.0, 0.5
 _Stretch = float | tuple[float, float]
 
 
-class ImplausibleCurves(UserWarning):
+class ImplausibleCurves(RoughxrWarning):
     """Force-distance curves were read as their file states, but no surface could give such curves.
 
     Examples
     --------
     >>> import warnings
     >>> import roughxr
-    >>> warnings.simplefilter("error", roughxr.measured.ImplausibleCurves)  # stop instead of warning
+    >>> warnings.simplefilter("error", roughxr.ImplausibleCurves)  # stop instead of warning
     """
 
 

@@ -18,7 +18,7 @@ from ..scans.cache import cached
 from ..scans.wavelength import SpectralMeasures
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import warn
+from ..vocabulary.text import RoughxrWarning, warn
 from ..vocabulary.units import Quantity, is_whole, positive
 
 #: Least number of pixels in the shortest wavelength that a scan resolves; with fewer, no spline can interpolate.
@@ -34,8 +34,15 @@ _MOST_REFINED, _LEAST_WIDTH = 16, 0.8
 _FITTED = ("height", "curvature_min", "curvature_max", "orientation", "fit_rms", "saddle", "edge", "vertex_fixed")
 
 
-class DoubtfulAsperities(UserWarning):
-    """Asperities whose curvatures or sums may differ from those of the surface."""
+class DoubtfulAsperities(RoughxrWarning):
+    """Asperities whose curvatures or sums may differ from those of the surface.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import roughxr
+    >>> warnings.simplefilter("error", roughxr.DoubtfulAsperities)  # stop instead of warning
+    """
 
 
 class _Setup(NamedTuple):

@@ -12,7 +12,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import warn
+from ..vocabulary.text import RoughxrWarning, warn
 from ..vocabulary.units import Quantities, Quantity, carries_units, in_units, plain, positive, single
 from . import liquid as liquids
 from . import substances
@@ -21,8 +21,15 @@ from .liquid import HumidAir
 from .pair_record import DEFAULT_RANGE, closest_approach
 
 
-class ImplausiblePair(UserWarning):
-    """A pair of bodies has an improbable value, which is used but should be checked."""
+class ImplausiblePair(RoughxrWarning):
+    """A pair of bodies has an improbable value, which is used but should be checked.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import roughxr
+    >>> warnings.simplefilter("error", roughxr.ImplausiblePair)  # stop instead of warning
+    """
 
 
 #: Closest approaches, nm, between which a Hamaker constant and a work of adhesion are consistent.

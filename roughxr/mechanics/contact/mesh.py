@@ -6,14 +6,22 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import RoughxrWarning
 from ..vocabulary.units import fraction, positive, whole_number
 
 #: Largest number of cells along a side of a pixel.
 MOST_REFINED = 16
 
 
-class UnresolvedContact(UserWarning):
-    """A pull-off of one mesh that does not resolve the contacts, or states no error."""
+class UnresolvedContact(RoughxrWarning):
+    """A pull-off of one mesh that does not resolve the contacts, or states no error.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import roughxr
+    >>> warnings.simplefilter("error", roughxr.UnresolvedContact)  # stop instead of warning
+    """
 
 
 class TooManyCells(Refusal):

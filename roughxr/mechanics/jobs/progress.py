@@ -6,6 +6,7 @@ the run, and names the bars of its solves, which show the time left of the run, 
 
 from __future__ import annotations
 
+import logging
 import math
 import sys
 import time
@@ -15,6 +16,9 @@ from contextvars import ContextVar, Token
 from typing import TextIO, cast
 
 from tqdm import tqdm
+
+#: For messages in Python, where no progress is shown.
+_LOGGER = logging.getLogger("roughxr")
 
 #: Where progress is shown, if anywhere, and the stages of a run.
 _STREAM: ContextVar[TextIO | None] = ContextVar("progress", default=None)
@@ -72,7 +76,8 @@ class _Lines:
 
 
 def print_line(line: str) -> None:
-    """Write a line, if progress is shown."""
+    """Log a line, and write it where progress is shown."""
+    _LOGGER.info(line)
     if stream := _STREAM.get():
         if stream.isatty():
             tqdm.write(line, file=stream)

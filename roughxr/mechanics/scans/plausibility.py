@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.schema import pixel
+from ..vocabulary.text import RoughxrWarning
 
 #: Least correlation of neighbouring pixels; below, the data are garbled or pure noise.
 _LEAST_CORRELATION = 0.1
@@ -23,14 +24,14 @@ _SCAR_RATIO = 3.0
 _WRAPPED_JUMP, _FEWEST_WRAPS, _BETWEEN_SHARE = 0.9, 8, 0.2
 
 
-class ImplausibleScan(UserWarning):
+class ImplausibleScan(RoughxrWarning):
     """A file's statement about a scan is improbable; the scan is read as stated.
 
     Examples
     --------
     >>> import warnings
     >>> import roughxr
-    >>> warnings.simplefilter("error", roughxr.scans.ImplausibleScan)  # stop instead of warning
+    >>> warnings.simplefilter("error", roughxr.ImplausibleScan)  # stop instead of warning
     """
 
 

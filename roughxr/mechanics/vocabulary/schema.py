@@ -191,11 +191,19 @@ def entered_dataset(data: Any, kind: str = "scan") -> xr.Dataset:
     return entered(data)
 
 
+def _other_dimension(ds: xr.Dataset) -> str:
+    """Return the dimension of a stack of images, or of an image without x and y."""
+    return next((str(dim) for dim in ds["height"].dims if dim not in ("x", "y")), "z")
+
+
 def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
     """Return a scan with height as (x, y) in nm on uniform pixel centres."""
     if set(ds["height"].dims) != {"x", "y"}:
         raise Refusal(
-            "height", "dimensions ('x', 'y')", tuple(ds["height"].dims), "choose one image with .isel or .sel first"
+            "height",
+            "dimensions ('x', 'y')",
+            f"({', '.join(map(str, ds['height'].dims))})",
+            f"take one image, ds.isel({_other_dimension(ds)}=0), or each in turn",
         )
     for axis in ("x", "y"):
         if axis not in ds.coords:

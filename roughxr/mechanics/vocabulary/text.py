@@ -36,11 +36,29 @@ def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
     return f" (did you mean {near[0]}?)" if near else ""
 
 
-class IncompleteResult(UserWarning):
-    """A result without some of its places or samples, or without the surface beyond an edge."""
+class RoughxrWarning(UserWarning):
+    """What a user should know of a file or a result; all warnings of the package are of this class.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import roughxr
+    >>> warnings.simplefilter("error", roughxr.RoughxrWarning)  # stop instead of warning
+    """
 
 
-def warn(words: str, category: type[Warning] = UserWarning) -> None:
+class IncompleteResult(RoughxrWarning):
+    """A result without some of its places or samples, or without the surface beyond an edge.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import roughxr
+    >>> warnings.simplefilter("error", roughxr.IncompleteResult)  # stop instead of warning
+    """
+
+
+def warn(words: str, category: type[Warning] = RoughxrWarning) -> None:
     """Warn at the line of the user's code that called the package."""
     frame = sys._getframe().f_back
     depth = 2

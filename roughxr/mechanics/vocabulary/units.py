@@ -11,7 +11,7 @@ from typing import Any, SupportsFloat, TypeAlias
 import numpy as np
 import xarray as xr
 
-from .refusal import Refusal
+from .refusal import Refusal, shown
 
 #: A number in the documented units, text such as "3 um", or a pint quantity.
 Quantity: TypeAlias = SupportsFloat | str
@@ -76,9 +76,9 @@ def magnitude(value: Any, units: str, name: str) -> Any:
             raise ValueError("a flag is no quantity")
         number = number.astype(float)
     except (TypeError, ValueError):
-        raise Refusal(name, f"a number in {units}", f"{value!r}") from None
+        raise Refusal(name, f"a number in {units}", shown(value)) from None
     if not np.isfinite(number).all():
-        raise Refusal(name, f"finite numbers in {units}", f"{value!r}")
+        raise Refusal(name, f"finite numbers in {units}", shown(value))
     return float(number) if number.ndim == 0 else number
 
 
@@ -127,7 +127,7 @@ def single(value: Any, units: str, name: str, words: str, fits: Callable[[float]
     """Return ``value`` as one float in ``units``; raise, with ``words``, unless it is one number and ``fits`` it."""
     number = magnitude(value, units, name)
     if not isinstance(number, float) or not fits(number):
-        raise Refusal(name, words, f"{value!r}")
+        raise Refusal(name, words, shown(value))
     return number
 
 
@@ -145,7 +145,7 @@ def whole_number(value: Any, name: str, *, least: int, most: int | None = None) 
     """Return ``value`` as an int; raise unless it is a whole number between bounds."""
     if not is_whole(value) or value < least or (most is not None and value > most):
         bounds = f"of at least {least}" if most is None else f"from {least} to {most}"
-        raise Refusal(name, f"a whole number {bounds}", f"{value!r}")
+        raise Refusal(name, f"a whole number {bounds}", shown(value))
     return int(value)
 
 
