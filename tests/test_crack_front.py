@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
+import roughxr
 from roughxr.mechanics.kernels.adhesion import front
+from roughxr.mechanics.vocabulary.refusal import Refusal
+from roughxr.mechanics.vocabulary.text import IncompleteResult
 from tests.benchmarks import crack_front as benchmark
 
 #: Radius (nm), modulus (GPa) and work (J/m²) of the sphere.
@@ -126,3 +130,80 @@ def test_a_place_agrees_with_cells():
     assert name == "D0" and cycles.is_valid
     assert cycles.pull_offs[0] == pytest.approx(130.7, rel=0.03)
     assert cycles.pull_off_errors[0] < 0.03
+
+
+def sphere_on(heights, pixel=20.0, **pair):
+    """Return a scan in nm with the sphere of these tests."""
+    x = pixel * (np.arange(len(heights)) + 0.5)
+    scan = roughxr.schema.label(xr.Dataset({"height": (("x", "y"), heights)}, {"x": x, "y": x}))
+    pair = {"sphere_radius": R, "contact_modulus": E, "work_of_adhesion": W} | pair
+    return scan.contact.assign_pair(**pair, adhesion_range=0.3)
+
+
+def waves(count=96, pixel=20.0):
+    """Return heights (nm) of a few waves about the middle of a scan."""
+    x = pixel * (np.arange(count) + 0.5 - count / 2)
+    x, y = np.meshgrid(x, x, indexing="ij")
+    return 2 * np.sin(2 * np.pi * x / 230 + 0.4) + 2 * np.sin(2 * np.pi * (0.6 * x + 0.8 * y) / 170)
+
+
+def test_the_verb_follows_the_front_of_a_soft_sphere_and_states_its_error():
+    solution = sphere_on(np.zeros((96, 96))).contact.adhesive(preload=[0.0, 500.0])
+    assert solution.attrs["mesh"] == "front" and solution.attrs["law"] == "jkr"
+    assert (solution["mesh"] == 0).all() and solution["converged"].all() and not solution["truncated"].any()
+    error = solution["pull_off_error"].values
+    assert (error < 0.02).all()
+    assert (np.abs(solution["pull_off_force"].values / JKR_FORCE - 1) < error).all()
+    assert solution["pull_off_delta"].values == pytest.approx(-(JKR_RADIUS**2) / (3 * R), rel=0.03)
+    assert solution["pressed_pull_off_force"].values == pytest.approx(solution["pull_off_force"].values, rel=1e-3)
+    turn = np.sqrt(solution["contact_area"].values[0] / np.pi)
+    load = np.array([0.0, 500.0])
+    jkr = np.cbrt(0.75 * R / E * (load + 2 * JKR_FORCE + 2 * np.sqrt(JKR_FORCE * (load + JKR_FORCE))))
+    assert turn == pytest.approx(jkr, rel=0.01)
+    assert (solution["hysteresis"].values > 0).all()
+
+
+def test_the_verb_finds_alike_on_turned_mirrored_and_scaled_surfaces():
+    heights = waves()
+    expected = sphere_on(heights).contact.adhesive()["pull_off_force"].item()
+    assert abs(expected / JKR_FORCE - 1) > 0.02
+    for changed in (np.rot90(heights), heights[::-1], heights.T):
+        assert sphere_on(changed).contact.adhesive()["pull_off_force"].item() == pytest.approx(expected, rel=3e-3)
+    pair = {"sphere_radius": 2 * R, "work_of_adhesion": 2 * W}
+    scaled = sphere_on(2 * heights, 40.0, **pair).contact.adhesive()
+    assert scaled["pull_off_force"].item() == pytest.approx(4 * expected, rel=1e-6)
+
+
+def test_soft_places_of_a_rough_scan_agree_with_cells_and_others_are_refused_with_their_time():
+    """Cells take 9 s and 25 s of processor time at the last two places; at the others several summits touch."""
+    pair = {"sphere_radius": 500, "contact_modulus": 0.03, "work_of_adhesion": 0.03, "adhesion_range": 0.3}
+    scan = roughxr.open_sample("rough").contact.assign_pair(**pair)
+    with pytest.warns(IncompleteResult, match="2 of 4 subregions have no valid front .* about 20 s each"):
+        solution = scan.contact.adhesive(subregions=(2, 2))
+    assert solution["complete"].values.tolist() == [False, False, True, True]
+    pull_off = solution["pull_off_force"].values / (1.5 * np.pi * 0.03 * 500)
+    assert np.isnan(pull_off[:2]).all()
+    assert (np.abs(pull_off[2:] / [0.4091, 1.2051] - 1) < solution["pull_off_error"].values[2:]).all()
+    assert (solution["pull_off_error"].values[2:] < 0.05).all()
+    lazy = scan.chunk().contact.adhesive(subregions=([3800.0], [3800.0]), mesh="front")
+    at_once = scan.contact.adhesive(subregions=([3800.0], [3800.0]), mesh="front")
+    assert lazy["pull_off_force"].chunks and lazy.compute()["pull_off_force"].equals(at_once["pull_off_force"])
+
+
+def test_automatic_choice_leaves_stiff_bodies_and_stated_laws_on_cells():
+    scan = sphere_on(np.zeros((48, 48)), 40.0)
+    flat = sphere_on(np.zeros((48, 48)), 2.0, contact_modulus=40.0)
+    assert flat.contact.adhesive(mesh=roughxr.Mesh(accuracy=None)).attrs["mesh"] == "auto"
+    assert scan.contact.adhesive(law="jkr", mesh=roughxr.Mesh(1, None))["mesh"].item() == 1
+    for options in ({"delta": [1.0]}, {"law": "exponential"}):
+        with pytest.raises(Refusal, match="mesh='front'"):
+            scan.contact.adhesive(mesh="front", **options)
+
+
+def test_the_error_budget_changes_the_pair_by_the_front():
+    scan = sphere_on(waves())
+    settings = {"mesh": [2], "work of adhesion": [1.1]}
+    budget = scan.contact.error_budget(subregions=([900.0, 960.0], [960.0, 960.0]), places=2, settings=settings)
+    entries = budget["relative_std"]
+    assert float(entries.sel(entry="mesh")) < 0.05
+    assert float(budget["slope"].sel(entry="work of adhesion")) == pytest.approx(1.0, abs=0.2)

@@ -19,7 +19,7 @@ from ...files.curves.doubts import most_doubtful
 from ...files.curves.opening import open_pull_off
 from ...files.images.channel import UnreadableScan
 from ...mechanics import statistics
-from ...mechanics.contact.mesh import Mesh, UnresolvedContact
+from ...mechanics.contact.mesh import FRONT, Mesh, UnresolvedContact
 from ...mechanics.scans import regions
 from ...mechanics.statistics.censoring import RELATIVE_STD
 from ...mechanics.statistics.sampling import CONDITION, SHARE, sample_bounds
@@ -210,7 +210,7 @@ def fit_to_run(options: Namespace) -> None:
         raise Refusal(options.run, "a run of a probe with adhesion", "none", "make it with roughxr run")
     how: dict[str, Any] = {"method": options.method, "subregions": regions.sample(solved, _FITTED_PLACES)}
     if options.method == "adhesive":
-        how |= {"mesh": Mesh(int(solved["mesh"].max())), "law": solved.attrs["law"]}
+        how |= {"mesh": Mesh(int(solved["mesh"].max()) or FRONT), "law": solved.attrs["law"]}
         how["preload"] = solved.attrs.get("preload", 0.0)
     estimate = groups["statistics/extrapolated"] if best_estimate(groups) else None
     measured = measurement(options.file, options)

@@ -221,7 +221,8 @@ def _run(commands: Any) -> None:
     options += _add(group, ("--law", "LAW", help), default=AUTO)
     help = (
         "cells along the side of a pixel; default: auto, refined until the pull-off changes little; a number is quick, "
-        "but the errors leave out what finer cells would change"
+        "but the errors leave out what finer cells would change; front: the edge of a soft sphere's one contact is "
+        "followed, as by auto where cells would be too many"
     )
     options += _add(group, ("--mesh", "N", help), default="auto", type=_cells)
     help = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
@@ -233,9 +234,9 @@ def _run(commands: Any) -> None:
 
 
 def _cells(text: str) -> int | str:
-    if text != "auto" and not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"expected auto or a number of cells, found {text!r}")
-    return text if text == "auto" else int(text)
+    if text not in ("auto", "front") and not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected auto, front or a number of cells, found {text!r}")
+    return int(text) if text.isdecimal() else text
 
 
 def _counts(text: str) -> tuple[int, ...]:

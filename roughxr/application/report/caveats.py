@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...mechanics.contact.certificate import SOLVED, certificate
+from ...mechanics.contact.mesh import FRONT
 from ...mechanics.contact.pressing import is_range
 from ...mechanics.scans.plausibility import doubts
 from ...mechanics.scans.tip import tip_flags
@@ -164,11 +165,20 @@ def _left_out(run: Run) -> Iterator[str]:
         )
 
 
+def _by_front(run: Run) -> Iterator[str]:
+    """Yield what a run leaves out whose contacts are followed by their front."""
+    if "solutions/adhesive" in run and run["solutions/adhesive"].attrs.get("mesh") == FRONT:
+        yield (
+            "The contact at each place is one region, followed by its edge, since cells would be too many. Left out: "
+            "fields, force over displacement, and moments that resist rolling."
+        )
+
+
 def _resolution(run: Run) -> Iterator[str]:
     """Yield cautions on contacts smaller than two pixels, and on asperities sharper than the tip."""
     solved = run.get("solutions/adhesive", xr.Dataset())
     if "pull_off_resolution" in solved:
-        pixels = float((solved["pull_off_resolution"] / solved["mesh"]).median())
+        pixels = float((solved["pull_off_resolution"] / solved["mesh"].clip(1)).median())
         if pixels < 2:
             yield (
                 f"At pull-off the smallest relevant contact has a radius of {number(pixels, digits=2)} pixels (median "
@@ -192,6 +202,7 @@ _FINDERS: tuple[Callable[[Run], Iterable[str]], ...] = (
     _solved,
     _settling,
     _yielding,
+    _by_front,
     _resolution,
     _left_out,
     superposition_notes,

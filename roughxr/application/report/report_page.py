@@ -174,7 +174,9 @@ def _simulation_facts(run: Run) -> list[tuple[str, str]]:
 
 def _mesh_words(cells: np.ndarray) -> str:
     """Return the meshes of all places, from their cells along a pixel."""
-    meshes = [f"{count} × {count}" for count in np.unique([cells.min(), cells.max()])]
+    if not cells.max():
+        return "the front of one contact a place, without cells"
+    meshes = [f"{count} × {count}" for count in np.unique([cells[cells > 0].min(), cells.max()])]
     return f"{' to '.join(meshes)} cells a pixel"
 
 

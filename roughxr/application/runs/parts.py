@@ -18,7 +18,7 @@ from ...mechanics.bodies.pair import elastic
 from ...mechanics.contact.adhesion import adhesive, adhesive_and_moments
 from ...mechanics.contact.adhesive_options import longest_step
 from ...mechanics.contact.elastic import direct
-from ...mechanics.contact.mesh import TooManyCells, UnresolvedContact
+from ...mechanics.contact.mesh import FRONT, TooManyCells, UnresolvedContact
 from ...mechanics.contact.regimes import formulas, regime
 from ...mechanics.contact.rigid.bodies import rigid
 from ...mechanics.jobs.progress import Stages
@@ -159,12 +159,13 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
             pace = stages.pace()
             show_answer(first, specimen, stages)
         before = stages.passed()
-        with_levers = _WITH_LEVERS if task.rolls else 1.0
+        has_levers = task.rolls and mesh.cells != FRONT
+        with_levers = _WITH_LEVERS if has_levers else 1.0
         if pace > 0:
             stage = before + with_levers * pace * task.places
             stages.expect(f"each place takes {number(with_levers * pace, 's', 2)}", adhesive=stage)
         moments = {}
-        if task.rolls:
+        if has_levers:
             rolled = adhesive_and_moments(specimen, directions=plan.directions, mesh=mesh, **options, **how)
             solved, moments["solutions/rolling"] = rolled
         else:
@@ -204,7 +205,10 @@ def _curves_around_pull_off(task: Task) -> dict[str, xr.Dataset]:
     margin = _CURVE_MARGIN * max(high - low, 0.1 * abs(low))
     deltas = np.round(np.linspace(low - margin, high + margin, _CURVE_POINTS), 4)
     median_place = adhering.sortby("pull_off_force").isel(subregion=[adhering.sizes["subregion"] // 2])
-    mesh = replace(task.plan.mesh, cells=int(median_place["mesh"].max()), accuracy=None)
+    cells = int(median_place["mesh"].max())
+    if not cells:  # by the front, since cells would be too many
+        return {}
+    mesh = replace(task.plan.mesh, cells=cells, accuracy=None)
     how = {"law": solved.attrs["law"], "mesh": mesh, "datum": "first_contact"}
     steps = (deltas[-1] - deltas[0]) / longest_step(specimen, mesh)
     sample = regions.sample(adhering, _CURVE_PLACES if steps < _MANY_STEPS else 1)
@@ -312,6 +316,8 @@ def _detachment(task: Task) -> dict[str, xr.Dataset]:
     """Return the critical flow, by the resisting moments of the simulation's contacts."""
     groups = task.groups
     places = task.plan.subregions
+    if "solutions/rolling" not in groups:
+        return {}
     out = {"statistics/rests": places} if are_resting_positions(places) else {}
     for way, group in report.CRITICAL.items():
         if f"solutions/{way}" in groups:

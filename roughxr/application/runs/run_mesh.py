@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...mechanics.contact.adhesion import adhesive
 from ...mechanics.contact.adhesive_options import longest_step
-from ...mechanics.contact.mesh import MOST_REFINED, Mesh, TooManyCells
+from ...mechanics.contact.mesh import FRONT, MOST_REFINED, Mesh, TooManyCells
 from ...mechanics.contact.refinement import coarser_mesh_error
 from ...mechanics.jobs.progress import Stages
 from ...mechanics.scans import regions
@@ -54,6 +54,8 @@ def converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], stag
     show_answer(coarse, specimen, stages)
     n = int(coarse["mesh"].max())
     checked = Converged(mesh, None, pace)
+    if not n:  # by the front, which states the error of each place
+        return Converged(replace(mesh, cells=FRONT), None, pace)
     while 2 * n <= MOST_REFINED:
         try:
             finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * longest_step(specimen, mesh)), **options)

@@ -24,6 +24,7 @@ from ..kernels.adhesion.traction_laws import TAIL
 from ..specimen import Specimen, need_wide_scan, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO
+from ..vocabulary.numbers import number
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Places, Quantities, Quantity
@@ -40,7 +41,8 @@ from .adhesive_options import (
 )
 from .adhesive_record import cycle_layout, cycle_record
 from .cycle import LEAST_RADIUS, MOST_CELLS
-from .mesh import Mesh, UnresolvedContact, read_mesh
+from .edge_front import seconds_on_cells, with_front
+from .mesh import FRONT, Mesh, UnresolvedContact, read_mesh
 from .pressing import is_range, settling_changes
 from .problem import Problem, ask_about_depth, read_problem
 from .solving import solve
@@ -79,8 +81,9 @@ def adhesive(
         Contact centres, see `regions.centres`. By default those on ``ds``, else one in its middle.
     law : {"auto", "exponential", "jkr", "dugdale", "lennard_jones"}
         Traction across a gap. "auto" chooses by Tabor's parameter.
-    mesh : "auto", int or Mesh
-        Cells along a side of a pixel. "auto" halves them until the pull-off changes by less than 5 %.
+    mesh : "auto", "front", int or Mesh
+        Cells along a side of a pixel. "auto" halves them until the pull-off changes by less than 5 %. "front", which
+        "auto" takes with ``law="auto"`` for a soft sphere that would need many, follows the edge of the contact.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0; by default first contact with a preload, else the highest peak.
     cycles : int
@@ -171,6 +174,7 @@ def _solution(
     problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
     if not by_preload:
         ask_about_depth(specimen, problem)
+    adhesion = with_front(problem, adhesion, is_automatic=law == AUTO and mesh.cells == "auto", fields=fields)
     need_resolved_law(adhesion, problem)
     reach = window_half_width(specimen, problem, adhesion)
     need_few_cells(specimen, problem, adhesion, positions, reach)
@@ -221,7 +225,7 @@ def _need_one_mesh(specimen: Specimen, problem: Problem, adhesion: Adhesion, by_
 
 def _described(adhesion: Adhesion) -> dict[str, Any]:
     """Return the law and the mesh as attributes of a result."""
-    settings: dict[str, Any] = {"mesh": adhesion.refine or "auto"}
+    settings: dict[str, Any] = {"mesh": FRONT if adhesion.by_front else adhesion.refine or "auto"}
     if not adhesion.refine and np.isfinite(adhesion.accuracy):
         settings |= {"accuracy": adhesion.accuracy}
     if adhesion.refine != 1:
@@ -325,6 +329,13 @@ def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
             IncompleteResult,
         )
     lost = int((~out["complete"].values).sum())
-    if lost:
+    if lost and not adhesion.on_cells:
+        seconds = number(float(f"{seconds_on_cells(problem, adhesion):.1g}"), "s")
+        warn(
+            f"{lost} of {out['complete'].size} subregions have no valid front (more than one contact, or one too far "
+            f"from a circle); their results are NaN: law='jkr' solves them on cells, in about {seconds} each",
+            IncompleteResult,
+        )
+    elif lost:
         what = "did not reach their preload or " if adhesion.preloads.size else ""
         warn(f"{lost} subregions {what}needed more than {MOST_CELLS:g} cells; their results are NaN", IncompleteResult)

@@ -42,6 +42,8 @@ class Adhesion(NamedTuple):
     first_cell: float = np.inf  # nm, of the coarsest mesh of "auto" with an accuracy, or without range
     presses: bool = False  # whether each pull-off is compared with that of a sphere pressed as hard as it holds
     capture: float = 0.0  # nm, gap at which the pair's attraction snaps surfaces together; without range only
+    by_front: bool = False  # whether the edge is followed as that of one region, where that is valid
+    on_cells: bool = True  # whether places are solved on cells, if not by their front
     directions: np.ndarray = NO_DIRECTIONS  # rad, of rolling, in which moments of the retraction's states are kept
 
     @property

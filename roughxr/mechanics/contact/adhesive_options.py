@@ -23,7 +23,7 @@ from ..vocabulary.units import whole_number
 from .adhesion_on_cells import Adhesion, interaction_range, largest_cell
 from .cycle import MOST_CELLS, overlapping_cells
 from .estimates import automatic_law, median_tabor
-from .mesh import MOST_REFINED, Mesh, TooManyCells
+from .mesh import FRONT, MOST_REFINED, Mesh, TooManyCells
 from .problem import Problem, deepest, hertz_displacement, places, read_problem, surface_at
 
 #: The usual step, in ranges of adhesion and as a part of JKR's displacement δ_c: the longer of both. The first steps of
@@ -40,6 +40,8 @@ def read_adhesion(specimen: Specimen, law: str, *, preloads, mesh: Mesh, cycles)
     settings = Adhesion(
         preloads=preloads,
         refine=0 if isinstance(mesh.cells, str) else mesh.cells,
+        by_front=mesh.cells == FRONT,
+        on_cells=mesh.cells != FRONT,
         accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
         step=step if mesh.step is None else mesh.step,
         first_cell=first_cell,
@@ -88,7 +90,7 @@ def preload_problem(
     adhesion = read_adhesion(specimen, law, preloads=read_preloads(preload), mesh=mesh, cycles=1)
     depth = [settling_depth(specimen, adhesion)]
     at = specimen.centres(None)
-    problem = read_problem(specimen, at, delta=depth, datum="first_contact", refine=adhesion.refine)
+    problem = read_problem(specimen, at, delta=depth, datum="first_contact", refine=max(adhesion.refine, 1))
     need_resolved_law(adhesion, problem)
     return problem, adhesion
 

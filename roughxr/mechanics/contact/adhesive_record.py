@@ -11,6 +11,7 @@ from ..jobs.records import BRANCHES, Layout
 from ..kernels.adhesion import path as path
 from .adhesion_on_cells import Adhesion
 from .cycle import Cycles, largest_displacement, reached, yielded_shares
+from .edge_front import FrontCycles, front_results, valid_cycles
 from .elastic import ABOVE_HARDNESS, YIELDED
 from .levers import lever_results
 from .problem import Place, Problem
@@ -51,6 +52,9 @@ def cycle_layout(problem: Problem, adhesion: Adhesion, preload: Any) -> Layout:
 
 def cycle_record(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -> np.ndarray:
     """Follow the cycles of one place, one for each preload, and return their record."""
+    by_front = valid_cycles(place, problem, adhesion) if adhesion.by_front else None
+    if by_front or not adhesion.on_cells:
+        return _front_record(by_front, problem, layout, adhesion)
     cycles, errors = cycles_at(place, problem, adhesion, fields=layout.window is not None)
     record = layout.blank()
     for k, followed in enumerate(cycles.paths):
@@ -75,6 +79,15 @@ def cycle_record(place: Place, problem: Problem, layout: Layout, adhesion: Adhes
         _put_states(record, cycles, to_edge=layout.window is None)  # so that fields and forces agree
     if layout.window is not None:
         _put_fields(record, cycles, problem)
+    return record
+
+
+def _front_record(cycles: FrontCycles | None, problem: Problem, layout: Layout, adhesion: Adhesion) -> np.ndarray:
+    """Return the record of cycles by their front; without cycles, that of a place that is not solved."""
+    record = layout.blank()
+    for k, results in enumerate(front_results(cycles, problem, adhesion) if cycles else []):
+        for name, value in results.items():
+            record[name][np.unravel_index(k, record[name].shape)] = value
     return record
 
 

@@ -13,6 +13,7 @@ from ..specimen import specimen_of
 from .adhesion_on_cells import Adhesion
 from .adhesive_options import preload_problem, window_half_width
 from .cycle import reached
+from .edge_front import valid_cycles
 from .mesh import Mesh
 from .problem import Place, Problem, places
 from .refinement import cycles_at
@@ -47,5 +48,8 @@ def pull_offs(cases: Sequence[Case]) -> np.ndarray:
 
 def _pull_off(place: Place, problem: Problem, adhesion: Adhesion) -> np.ndarray:
     """Return the pull-off of one case, as a task."""
+    by_front = valid_cycles(place, problem, adhesion) if adhesion.by_front else None
+    if by_front or not adhesion.on_cells:
+        return by_front.pull_offs[0] if by_front else np.array(np.nan)
     cycles, _ = cycles_at(place, problem, adhesion, fields=False)
     return np.array(cycles.pull_offs[0] if reached(cycles.paths[0], adhesion, 0) else np.nan)

@@ -2,20 +2,23 @@
 
 A place is solved on points along radii and angles about the middle of its contact. Their spacing follows the scan's
 pixels. The pull-off is solved again with half the points, with twice the step and on heights that splines interpolate;
-the changes are its errors.
+the changes are its errors. "auto" follows the front where cells would take longer than `_AFFORDABLE`.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..kernels.adhesion import front
 from ..kernels.topography.interpolation import bicubic_spline
+from ..vocabulary.adhesion_laws import ADHESION_LAWS
+from ..vocabulary.refusal import Refusal
 from .adhesion_on_cells import Adhesion
-from .pressing import LARGEST_SETTLING
+from .pressing import LARGEST_SETTLING, settled_errors
 from .problem import Place, Problem, Surface, cell_axes, surface_at
+from .refinement import first_refinement
 
 #: Cells along a side of a pixel from which the heights between the points are interpolated.
 _CELLS = 2
@@ -46,6 +49,52 @@ _LARGEST_SECOND_ORDER = 0.15
 #: Stated error over the second order, and least stated error, relative.
 _SECOND_ORDER_ERROR = 1.0
 _LEAST_ERROR = 0.006
+
+
+#: Processor time (s) of a soft place on cells, over the root of the number of cells within reach on the second mesh:
+#: 9 to 190 s on 9,000 to 200,000 cells, within a factor of 3.
+_SECONDS_ON_CELLS = 0.1
+
+#: Processor time (s) of a place on cells, from which on "auto" follows the front, and from which on it leaves out
+#: places whose front is not valid.
+_AFFORDABLE = 5.0
+_BEARABLE = 15.0
+
+#: Relative change of the pull-off by finer cells, at places whose front is not valid, where none is stated.
+_ACCURACY = 0.05
+
+
+def seconds_on_cells(problem: Problem, adhesion: Adhesion) -> float:
+    """Return about the processor time (s) of a soft place on cells."""
+    side = 0.5 * problem.pixel / first_refinement(problem, adhesion)
+    area = 2 * np.pi * problem.indenter.radius * float(problem.steps[-1])
+    return _SECONDS_ON_CELLS * np.sqrt(area) / side
+
+
+def with_front(problem: Problem, adhesion: Adhesion, *, is_automatic: bool, fields: bool) -> Adhesion:
+    """Return the solution by the front where "auto" takes it; raise if it is requested for what it does not solve."""
+    obstacle = _obstacle(problem, adhesion, fields)
+    if adhesion.by_front and obstacle:
+        raise Refusal("mesh='front'", "a sphere on half spaces, law='jkr' and a preload", obstacle, "take mesh='auto'")
+    if not is_automatic or obstacle or (seconds := seconds_on_cells(problem, adhesion)) < _AFFORDABLE:
+        return adhesion
+    accuracy = float(np.nan_to_num(adhesion.accuracy, nan=_ACCURACY))  # of the places on cells
+    return adhesion._replace(by_front=True, on_cells=seconds < _BEARABLE, accuracy=accuracy)
+
+
+def _obstacle(problem: Problem, adhesion: Adhesion, fields: bool) -> str:
+    """Return what the front does not solve; empty if there is nothing."""
+    obstacles = {
+        f"law={adhesion.law!r}": ADHESION_LAWS[adhesion.law].has_range or not adhesion.work > 0,
+        "displacements": not adhesion.preloads.size,
+        "fields": fields,
+        "an indenter's map": problem.indenter.map is not None,
+        "a layer": problem.layer is not None,
+        "a body that yields": problem.yielding,
+        f"{adhesion.cycles} cycles": adhesion.cycles > 1,
+        "moments of rolling": bool(adhesion.directions.size),
+    }
+    return next((name for name, is_present in obstacles.items() if is_present), "")
 
 
 class Points(NamedTuple):
@@ -127,6 +176,54 @@ class FrontCycles(NamedTuple):
         states = [state for cycle in self.cycles for state in (cycle.turn, cycle.pull_off)]
         spread = max(float(state.radius.std() / state.radius.mean()) for state in states)
         return spread <= _LARGEST_SPREAD and max(state.second_order for state in states) <= _LARGEST_SECOND_ORDER
+
+
+def valid_cycles(place: Place, problem: Problem, adhesion: Adhesion) -> FrontCycles | None:
+    """Return the cycles of one place by its front; None where they are not valid."""
+    try:
+        cycles = front_cycles(place, problem, adhesion)
+    except Unfollowed:
+        return None
+    return cycles if cycles.is_valid else None
+
+
+def front_results(cycles: FrontCycles, problem: Problem, adhesion: Adhesion) -> list[dict[str, Any]]:
+    """Return the results of each cycle by their names."""
+    errors = (
+        settled_errors(cycles.pull_off_errors, cycles.pull_offs, cycles.pressed)
+        if adhesion.presses
+        else (cycles.pull_off_errors)
+    )
+    results = []
+    for k, cycle in enumerate(cycles.cycles):
+        retraction = [cycle.turn, *cycle.retraction]
+        delta, force = (np.array([getattr(state, name) for state in retraction]) for name in ("delta", "force"))
+        approach = [np.array([getattr(state, name) for state in cycle.loading]) for name in ("delta", "force")]
+        tension = np.minimum(force, 0.0)
+        zero = cycles.surface.zero
+        turn = cycle.turn
+        results.append(
+            {
+                "snap_in_force": max(-cycle.loading[0].force, 0.0),
+                "snap_in_delta": cycle.loading[0].delta - zero,
+                "pull_off_force": max(cycles.pull_offs[k], 0.0),
+                "pull_off_delta": cycle.pull_off.delta - zero,
+                "detachment_delta": delta[-1] - zero,
+                "work_of_separation": np.trapezoid(tension, delta),
+                "hysteresis": max(np.trapezoid(force, delta) + np.trapezoid(approach[1], approach[0]), 0.0),
+                "pull_off_resolution": cycle.pull_off.radius.mean() / problem.pixel,
+                "pressed_pull_off_force": cycles.pressed[k],
+                "pull_off_error": errors[k],
+                **{name: error[k] for name, error in cycles.errors.items()},
+                "preload_delta": turn.delta - zero,
+                "contact_area": np.pi * np.mean(turn.radius**2),
+                "residual": front.TOLERANCE,
+                "converged": True,
+                "complete": True,
+                "truncated": cycles.surface.unknown_from < turn.delta,
+            }
+        )
+    return results
 
 
 def front_cycles(place: Place, problem: Problem, adhesion: Adhesion) -> FrontCycles:

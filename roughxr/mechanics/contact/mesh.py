@@ -9,6 +9,9 @@ from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import RoughxrWarning
 from ..vocabulary.units import fraction, positive, whole_number
 
+#: In place of cells: the edge of the contact is followed as that of one region (`edge_front`).
+FRONT = "front"
+
 #: Largest number of cells along a side of a pixel.
 MOST_REFINED = 16
 
@@ -34,9 +37,10 @@ class Mesh:
 
     Attributes
     ----------
-    cells : "auto" or int
-        Each pixel is divided into cells × cells cells, with heights interpolated without wavelengths below two
-        pixels. "auto": at each place the mesh is refined until the pull-off changes by less than ``accuracy``: twice,
+    cells : "auto", "front" or int
+        "front": in place of cells, the edge of the contact of a soft sphere is followed as that of one region. Else
+        each pixel is divided into cells × cells cells, with heights interpolated without wavelengths below two pixels.
+        "auto": at each place the mesh is refined until the pull-off changes by less than ``accuracy``: twice,
         unless the contact is resolved by so many cells that one agreement is no chance.
     accuracy : float or None
         Relative change of the pull-off, from cells twice as large, below which "auto" stops. The stated error may be
@@ -59,9 +63,9 @@ class Mesh:
     step: Any = None
 
     def __post_init__(self):
-        if isinstance(self.cells, str) and self.cells != "auto":
-            raise Refusal("mesh", f"'auto' or a whole number from 1 to {MOST_REFINED}", f"{self.cells!r}")
-        if self.cells != "auto":
+        if isinstance(self.cells, str) and self.cells not in ("auto", FRONT):
+            raise Refusal("mesh", f"'auto', 'front' or a whole number from 1 to {MOST_REFINED}", f"{self.cells!r}")
+        if not isinstance(self.cells, str):
             object.__setattr__(self, "cells", whole_number(self.cells, "mesh", least=1, most=MOST_REFINED))
         if self.accuracy is not None:
             object.__setattr__(self, "accuracy", fraction(self.accuracy, "accuracy"))

@@ -15,6 +15,15 @@ def settling_changes(pulls: Any, pressed: Any) -> Any:
     return np.abs(pressed - pulls) / np.where(pulls > 0, pulls, np.inf)
 
 
+def settled_errors(errors: Any, pulls: Any, pressed: Any) -> Any:
+    """Return the errors of pull-offs with their changes by pressing, except for ranges; NaN if these are not known.
+
+    Larger errors of a range belong to other contacts, which the range includes.
+    """
+    changes = settling_changes(pulls, pressed)
+    return np.where(changes > LARGEST_SETTLING, np.minimum(errors, LARGEST_SETTLING), np.hypot(errors, changes))
+
+
 def is_range(pulls: Any, pressed: Any) -> Any:
     """Return where pull-offs are ranges, by how hard the sphere was pressed."""
     return settling_changes(pulls, pressed) > LARGEST_SETTLING

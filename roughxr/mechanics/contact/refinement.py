@@ -14,7 +14,7 @@ import numpy as np
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from .adhesion_on_cells import Adhesion, resolving_cell
 from .cycle import LARGEST_CORRECTION, LARGEST_DIFFERENCE, MOST_CELLS, RIM_ERROR, Cycles, cycles_on, overlapping_cells
-from .pressing import LARGEST_SETTLING, settling_changes
+from .pressing import LARGEST_SETTLING, settled_errors
 from .problem import Place, Problem, surface_at
 
 #: Largest part of the error of a pull-off without range that remains on cells of half the side. At edges that cannot
@@ -65,7 +65,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     """
     pixels = overlapping_cells(surface_at(place, problem._replace(refine=1)), problem._replace(refine=1), adhesion)
     finest = max((n for n in REFINEMENTS if pixels * n**2 <= MOST_CELLS), default=1)
-    first = min(_first_refinement(problem, adhesion), finest)
+    first = min(first_refinement(problem, adhesion), finest)
     meshes = [n for n in REFINEMENTS if first <= n <= finest][:_MOST_MESHES]
     press = _presses_once(adhesion)
     cycles = _solved(place, problem, adhesion, meshes[0], press=press)
@@ -146,7 +146,7 @@ def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycle
     """
     if not _is_pressed_on_larger_cells(adhesion):
         return cycles.pressed_pulls
-    refine = max(cycles.problem.refine // _PRESSED_CELLS, _first_refinement(problem, adhesion))
+    refine = max(cycles.problem.refine // _PRESSED_CELLS, first_refinement(problem, adhesion))
     on_larger = _solved(place, problem, adhesion, refine) if refine < cycles.problem.refine else cycles
     pulls = on_larger.pull_offs
     load = 0.0
@@ -173,14 +173,8 @@ def _presses_once(adhesion: Adhesion) -> bool:
 
 
 def _with_settling(errors: np.ndarray, cycles: Cycles, pressed: np.ndarray, adhesion: Adhesion) -> np.ndarray:
-    """Return the errors of pull-offs with their changes by pressing, except for ranges; NaN if these are not known.
-
-    Larger errors of a range belong to other contacts, which the range includes.
-    """
-    if not adhesion.presses:
-        return errors
-    changes = settling_changes(cycles.pull_offs, pressed)
-    return np.where(changes > LARGEST_SETTLING, np.minimum(errors, LARGEST_SETTLING), np.hypot(errors, changes))
+    """Return the errors of pull-offs, with their changes by pressing where these are requested."""
+    return settled_errors(errors, cycles.pull_offs, pressed) if adhesion.presses else errors
 
 
 def _contact_radii(cycles: Cycles) -> np.ndarray:
@@ -225,7 +219,8 @@ def _single_mesh_error(cycles: Cycles) -> np.ndarray:
         return errors + np.where(limited | ADHESION_LAWS[cycles.law].has_range, np.abs(pulls - steep) / pulls, 0.0)
 
 
-def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
+def first_refinement(problem: Problem, adhesion: Adhesion) -> int:
+    """Return the number of cells along a pixel of the coarsest mesh."""
     cell = resolving_cell(adhesion, problem)
     if np.isfinite(adhesion.accuracy):  # on pixels wider than the contacts, two meshes would agree by chance
         cell = min(cell, adhesion.first_cell)

@@ -16,7 +16,7 @@ import xarray as xr
 from ..contact.adhesion_on_cells import resolving_cell
 from ..contact.adhesive_options import preload_problem
 from ..contact.batch import place_cases, pull_offs
-from ..contact.mesh import MOST_REFINED, Mesh
+from ..contact.mesh import FRONT, MOST_REFINED, Mesh
 from ..jobs.progress import print_line
 from ..particles.resting_places import resettled
 from ..statistics.sampling import SHARE, shares
@@ -40,7 +40,7 @@ class Base(NamedTuple):
     ds: xr.Dataset
     preload: float  # nN
     law: str  # not "auto"
-    cells: np.ndarray  # (place,) to a pixel
+    cells: np.ndarray  # (place,) to a pixel; 0: by the front
     step: float  # nm
     splined: bool = False
 
@@ -92,7 +92,7 @@ def _solved(bases: Sequence[Base], places: xr.Dataset, unchanged: xr.Dataset) ->
     tasks: dict[tuple, Any] = {}
     different = {case_base.key: case_base for case_base in bases}
     for key, (ds, preload, law, cells, step, splined) in different.items():
-        mesh = Mesh(int(cells[cells <= MOST_REFINED].max()), None, step)
+        mesh = Mesh(int(cells[cells <= MOST_REFINED].max()) or FRONT, None, step)
         rests = _own_rests(ds, places, unchanged)
         on_scan = np.flatnonzero(np.isfinite(rests["subregion_x"].values))  # a free particle may roll off
         solvable = rests.isel(subregion=on_scan)
@@ -144,13 +144,13 @@ def _changed_and_reference(
             raise ValueError("the sphere adheres at no place")
         return f"+ {value * pull:.3g} nN", (base._replace(preload=base.preload + value * pull), base)
     if factor == "interpolation":
-        reference = base._replace(cells=np.maximum(base.cells, 2))
+        reference = base._replace(cells=np.where(base.cells == 1, 2, base.cells))
         return value, (reference._replace(splined=True), reference)
     if factor == RANGE and not ADHESION_LAWS[base.law].has_range:
         raise ValueError(f"the law {base.law} has no range")
     setting, ds = CHANGES[factor](base.ds, value)
     # largest size of the cells over the size that a law needs; larger cells are refined
-    finer = 1 if ADHESION_LAWS[base.law].has_edge else needed_cells(ds, base.preload, base.law, 1.25)
+    finer = 0 if ADHESION_LAWS[base.law].has_edge else needed_cells(ds, base.preload, base.law, 1.25)
     reference = base._replace(cells=np.maximum(base.cells, finer))
     return setting, (reference._replace(ds=ds), reference)
 

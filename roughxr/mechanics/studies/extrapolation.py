@@ -19,7 +19,7 @@ import xarray as xr
 from ..bodies.pair_record import read_pair
 from ..contact.adhesion import adhesive
 from ..contact.adhesive_options import read_preloads
-from ..contact.mesh import MOST_REFINED, Mesh, read_mesh
+from ..contact.mesh import FRONT, MOST_REFINED, Mesh, read_mesh
 from ..contact.regimes import need_sphere
 from ..scans import regions
 from ..specimen import Specimen
@@ -315,7 +315,7 @@ def pixel_series(ds: xr.Dataset, solved: xr.Dataset, preload: float) -> xr.Datas
     forces = [base["pull_off_force"].values]
     for step in steps:
         coarse = ds.isel(x=slice(step // 2, None, step), y=slice(step // 2, None, step))
-        mesh = Mesh(min(cells * step, MOST_REFINED), None)
+        mesh = Mesh(min(cells * step, MOST_REFINED) or FRONT, None)
         centres = regions.centres(coarse, base)
         on_step = without_warnings(adhesive, coarse, subregions=centres, preload=preload, law=law, mesh=mesh)
         forces.append(at_first_preload(on_step)["pull_off_force"].values)

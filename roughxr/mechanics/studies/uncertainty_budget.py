@@ -24,6 +24,7 @@ from ..contact.rigid.bodies import rigid
 from ..scans import regions
 from ..specimen import specimen_of
 from ..statistics import bootstrap
+from ..statistics.means import mesh_error
 from ..statistics.sampling import by_share, place_order, shares
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
@@ -160,6 +161,10 @@ def budget_of(
     if finer is not None and MESH in settings:
         del settings[MESH]
         entries[MESH] = _entry(MESH, [_on_finer_mesh(solved, finer)], finer.sizes["subregion"], law)
+    elif MESH in settings and not solved["mesh"].any():
+        del settings[MESH]
+        how = "stated errors of places, by points, interpolation and the shape of the edge"
+        entries[MESH] = _Entry(Change(mesh_error(solved), np.nan, pulls.size), how)
     sampled = regions.sample(solved, places)
     bare = ds.assign_coords(adhesion_range=read_pair(ds).range)
     cells = int(np.quantile(solved["mesh"], 0.5, method="higher"))

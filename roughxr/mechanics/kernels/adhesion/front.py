@@ -29,7 +29,7 @@ import numpy as np
 from ..jit import kernel
 
 #: Largest imbalance of an edge at rest, as a part of L = √(2πmw/E*), and most steps of motion.
-_TOLERANCE = 1e-4
+TOLERANCE = 1e-4
 _MOST_STEPS = 20_000
 
 #: Results of a motion: at rest, lost, beyond the radii, too slow.
@@ -144,7 +144,7 @@ def move_to_rest(radii, edge_delta, slope, rest, delta, a, stiff, filters, times
             largest = max(largest, abs(imbalance[k]))
             steepest = max(steepest, _interpolated(slope, radii, a[k], k))
         L = rest * np.sqrt(mean)
-        if largest < _TOLERANCE * L:
+        if largest < TOLERANCE * L:
             return AT_REST, step
         level = min(np.searchsorted(times, L / (2.0 * mean * steepest)), times.size - 1)
         _convolved(filters[level], imbalance, spread)
