@@ -55,6 +55,12 @@ def rows() -> Iterator[Row]:
     jkr = adheres.contact.adhesive(law="jkr", mesh=2)
     yield Row("JKR", 'adhesive(law="jkr")', jkr.pull_off_force.item(), 1.5 * np.pi * WORK * 1000, "3/2 π w R")
 
+    soft = {"sphere_radius": 5000, "contact_modulus": 0.1, "work_of_adhesion": WORK}
+    front = flat(96, 20.0).contact.assign_pair(**soft).contact.adhesive(mesh="front", law="jkr")
+    yield Row(
+        "JKR, soft", 'adhesive(mesh="front")', front.pull_off_force.item(), 1.5 * np.pi * WORK * 5000, "3/2 π w R"
+    )
+
     for name, length, pixel in (("Maugis, transition", 0.5, 1.5), ("Maugis, near DMT", 3.0, 4.0)):
         ranged = flat(96, pixel).contact.assign_pair(**SPHERE, work_of_adhesion=WORK, adhesion_range=length)
         solved = ranged.contact.adhesive(law="dugdale", mesh=2)

@@ -202,7 +202,7 @@ def test_automatic_choice_leaves_stiff_bodies_and_stated_laws_on_cells():
 
 def test_the_error_budget_changes_the_pair_by_the_front():
     scan = sphere_on(waves())
-    settings = {"mesh": [2], "work of adhesion": [1.1]}
+    settings = {"mesh": [2], "work of adhesion": [0.3]}
     budget = scan.contact.error_budget(subregions=([900.0, 960.0], [960.0, 960.0]), places=2, settings=settings)
     entries = budget["relative_std"]
     assert float(entries.sel(entry="mesh")) < 0.05

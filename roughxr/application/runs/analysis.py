@@ -228,7 +228,7 @@ def _soft_words(specimen: Specimen, plan: Plan) -> str:
     """Return what bodies without range cost, as a sentence; empty for others."""
     if not specimen.pair.work > 0 or ADHESION_LAWS[chosen_law(specimen, plan.law)].has_range:
         return ""
-    return f" These bodies are soft (law {JKR!r}): each place may take minutes."
+    return f" These bodies are soft (law {JKR!r}): each place may take minutes, or seconds by its front."
 
 
 def analyse(
