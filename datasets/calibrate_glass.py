@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from roughxr.application.reproduction.run import second_group
+from roughxr.application.reproduction.printed_tables import second_group
 from roughxr.mechanics.asperity.catalogue import asperities
 from roughxr.mechanics.asperity.reconstruction import reconstruct
 from roughxr.mechanics.asperity.superposition import superpose

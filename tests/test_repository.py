@@ -1,5 +1,7 @@
 """What the repository's own files promise: pinned actions, lowest versions of extras, and one text of citation."""
 
+import ast
+import importlib
 import json
 import re
 import subprocess
@@ -9,6 +11,8 @@ from pathlib import Path
 
 import pytest
 import yaml
+
+import roughxr
 
 ROOT = Path(__file__).parents[1]
 
@@ -37,3 +41,16 @@ def test_files_of_citation_agree():
     assert citation["license"] == zenodo["license"]
     assert citation["keywords"] == zenodo["keywords"]
     assert [author["name"] for author in citation["authors"]] == [author["name"] for author in zenodo["creators"]]
+
+
+@pytest.mark.parametrize("folder", ["tests/benchmarks", "datasets"])
+def test_scripts_that_no_test_runs_take_names_that_exist(folder):
+    for path in sorted((ROOT / folder).glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "roughxr":
+                getattr(roughxr, node.attr)
+            if isinstance(node, ast.ImportFrom) and str(node.module).partition(".")[0] == "roughxr":
+                module = importlib.import_module(node.module)
+                for name in node.names:
+                    if not hasattr(module, name.name):
+                        importlib.import_module(f"{node.module}.{name.name}")

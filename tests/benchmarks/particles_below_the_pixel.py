@@ -49,7 +49,7 @@ def corner(surface):
 
 def mean_at_rest(scan):
     """Return the mean pull-off (nN) of particles at rest on a surface, and its relative error."""
-    rests = roughxr.resting(scan, landings=LANDINGS)
+    rests = roughxr.particles.resting(scan, landings=LANDINGS)
     inner = rests.isel(subregion=np.flatnonzero(~rests["truncated"].values))
     if inner.sizes["subregion"] < 2:
         raise ValueError("no two resting positions away from its edges")
