@@ -804,3 +804,14 @@ def test_the_archive_of_a_folder_is_that_with_statistics(tmp_path):
     roughxr.scans.to_netcdf(scan, tmp_path / "a-scan.nc")
     roughxr.archive.save({"scan": scan, "statistics/roughness": scan.contact.roughness()}, tmp_path / "wafer.nc")
     assert roughxr.application.archive.run_archive(tmp_path).name == "wafer.nc"
+
+
+@pytest.mark.parametrize("name", ["preload=5.spm", "sphere_radius scan.spm", "law=jkr.spm"])
+def test_a_file_is_printed_by_its_name_even_if_this_looks_like_an_argument(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    command = ["run", name, "--sphere-radius", "500", "--materials", "glass"]
+    assert main(command) == 1
+    assert capsys.readouterr().err.splitlines()[-1] == f"roughxr: {name}: no such file or directory"
+    Path(name).write_text("no scan")
+    assert main(command) == 1
+    assert f"roughxr: {name}: expected an AFM image, found" in capsys.readouterr().err

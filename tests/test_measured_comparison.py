@@ -135,3 +135,13 @@ def test_what_is_no_pull_off_is_named():
         roughxr.compare(solution, forces([1.0, 2.0]))
     with pytest.raises(ValueError, match="measured: expected a Dataset"):
         roughxr.compare(forces([1.0, 2.0]), [1.0, 2.0])
+
+
+def test_the_history_of_a_comparison_contains_the_best_estimate():
+    """Two verdicts had one history."""
+    forces = np.random.default_rng(0).gamma(9, 1.0, (2, 50))
+    predicted, measured = (xr.Dataset({"pull_off_force": ("subregion", row, {"units": "nN"})}) for row in forces)
+    estimate = xr.Dataset({"pull_off_mean": 12.0, "pull_off_low": 8.0, "pull_off_high": 16.0})
+    alone, with_estimate = (roughxr.compare(predicted, measured, extrapolation=e) for e in (None, estimate))
+    assert "extrapolation" not in alone.attrs["history"]
+    assert roughxr.schema.history(with_estimate)[-1]["arguments"]["extrapolation.pull_off_high"] == 16.0

@@ -28,7 +28,7 @@ from .options import command_line
 from .words import (
     EXPECTED_ERRORS,
     Printable,
-    error_text,
+    error_in_shell,
     expand_wildcards,
     in_shell,
     print_error,
@@ -77,7 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _INTERRUPTED
         if options.debug or not isinstance(error, EXPECTED_ERRORS):
             raise
-        print_error(in_shell(error_text(error), options))
+        print_error(error_in_shell(error, options))
         return 1
     finally:
         _flush()

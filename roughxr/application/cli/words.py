@@ -80,6 +80,23 @@ def expand_wildcards(options: Namespace) -> None:
             setattr(options, name, files[0])
 
 
+def error_in_shell(error: BaseException, options: Namespace) -> str:
+    """Return an error's text with arguments written as options: what was expected and what to do, never what was found.
+
+    The operating system's errors name files alone.
+    """
+    if isinstance(error, OSError):
+        return error_text(error)
+    if not isinstance(error, Refusal):
+        return in_shell(str(error), options)
+    expected, advice = (in_shell(str(words), options) for words in (error.expected, error.advice))
+    reason = Refusal("", expected, error.found, advice).reason if expected else in_shell(error.reason, options)
+    what = str(error.what)
+    if what in vars(options):
+        what = in_shell(f"{what}: ", options).removesuffix(": ")
+    return f"{what}: {reason}" if what else reason
+
+
 def in_shell(text: str, options: Namespace) -> str:
     """Return an error's or a warning's text with arguments of functions written as the options of a command."""
     flags = {name: "--" + name.replace("_", "-") for name in set(vars(options)) - _NO_OPTIONS}

@@ -126,8 +126,8 @@ def compare(
         _scatter((predicted, measured), resamples)
     )
     out["scaled_distance"] = _scaled_distance(*both)
-    if extrapolation is not None:
-        out = out.assign({name: float(extrapolation[name]) for name in BEST_ESTIMATE})
+    best = {} if extrapolation is None else {name: float(extrapolation[name]) for name in BEST_ESTIMATE}
+    out = out.assign(best)
     for name, forces in zip(("predicted", "measured"), both):
         out[f"{name}_quantile"] = ("probability", np.quantile(forces.values, _LEVELS))
         if forces.bounds is not None:
@@ -142,7 +142,8 @@ def compare(
             out[name + end].attrs["units"] = "nN"
     out.attrs |= {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
     out.attrs |= {"missing": "NaN where a value is not positive", "sentence": _sentence(out)}
-    return schema.record(out, "compare", predicted, statistics=statistics, resamples=resamples)
+    options = {"statistics": statistics, "resamples": resamples, "extrapolation": best or None}
+    return schema.record(out, "compare", predicted, **options)
 
 
 def _sentence(compared: xr.Dataset) -> str:

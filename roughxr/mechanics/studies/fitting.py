@@ -153,6 +153,8 @@ def fit_pair(
     opening = f"Work of adhesion at which predicted and measured pull-offs agree: {best}."
     out.attrs |= {"not_identifiable": limits, "sentence": f"{opening}\nLimits of the fit: {limits}."}
     errors = {"confidence": confidence, "force_std": force_std}
+    if extrapolation is not None:
+        errors["roughness_factor"], errors["roughness_error"] = predict.fine
     return schema.record(schema.label(out), "fit_pair", ds, method=method, **errors, **options)
 
 
