@@ -1,6 +1,7 @@
 """The pair of bodies, against the paper's numbers and limits."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -155,6 +156,10 @@ OPTICAL = {
     "polystyrene": (1.557, 2.55, 2.3),
     "ptfe": (1.359, 2.1, 2.9),
     "steel": (1.97, np.inf, 3.0),  # Fe3O4
+    "calcite": (1.60, 8.0, 3.0),
+    "mica": (1.60, 7.0, 3.0),
+    "silicon_nitride": (1.98, 7.4, 2.45),
+    "pmma": (1.49, 3.6, 3.0),
     "water": (1.333, 80.0, 3.0),
     "ethanol": (1.361, 26.0, 3.0),
     "hexadecane": (1.423, 2.05, 2.9),
@@ -245,8 +250,66 @@ def test_a_medium_of_unknown_or_repulsive_attraction_is_refused(options, says):
         assign_pair(scan(np.zeros((9, 9))), sphere_radius=3000, **options)
 
 
-def test_mica_is_no_misspelt_silica():
-    with pytest.raises(Refusal, match=r"found 'mica/glass'; for other materials"):
-        substances.named_pair("mica/glass")
+def test_an_unlisted_material_is_no_misspelt_other():
+    with pytest.raises(Refusal, match=r"found 'talc/glass'; for another material"):
+        substances.named_pair("talc/glass")
     with pytest.raises(Refusal, match=r"found 'silica/silcon' \(did you mean silicon\?\)"):
         substances.named_pair("silica/silcon")
+
+
+def test_moduli_of_crystals_follow_from_their_constants():
+    """Calcite's by Hill's average; mica's pressed on its cleavage plane, of a transversely isotropic solid."""
+    stiffness = np.diag([137.0, 137, 81.1, 35, 35, 44.4])
+    stiffness[0, 1] = stiffness[1, 0] = 48.2
+    stiffness[:2, 2] = stiffness[2, :2] = 56.8
+    for i, j, constant in ((0, 3, -20.0), (1, 3, 20.0), (4, 5, -20.0)):
+        stiffness[i, j] = stiffness[j, i] = constant
+    bulk, shear = np.mean([_voigt(stiffness), _reuss(np.linalg.inv(stiffness))], axis=0)
+    assert MATERIALS["calcite"].young_modulus == pytest.approx(9 * bulk * shear / (3 * bulk + shear), rel=0.01)
+    ratio = (3 * bulk - 2 * shear) / (6 * bulk + 2 * shear)
+    assert MATERIALS["calcite"].poisson_ratio == pytest.approx(ratio, abs=0.01)
+    along, across, mixed, sheared = 179.7, 58.6, 23.4, 18.0
+    root = np.sqrt(along * across)
+    pressed = 2 * np.sqrt((root**2 - mixed**2) / along / (1 / sheared + 2 / (root + mixed)))
+    mica = MATERIALS["mica"]
+    assert mica.young_modulus / (1 - mica.poisson_ratio**2) == pytest.approx(pressed, rel=0.01)
+
+
+def _voigt(stiffness):
+    """Return bulk and shear modulus at equal strain."""
+    normal, mixed, sheared = (
+        np.trace(stiffness[:3, :3]),
+        np.triu(stiffness[:3, :3], 1).sum(),
+        np.trace(stiffness[3:, 3:]),
+    )
+    return (normal + 2 * mixed) / 9, (normal - mixed + 3 * sheared) / 15
+
+
+def _reuss(compliance):
+    """Return bulk and shear modulus at equal stress."""
+    normal, mixed = np.trace(compliance[:3, :3]), np.triu(compliance[:3, :3], 1).sum()
+    return 1 / (normal + 2 * mixed), 15 / (4 * normal - 4 * mixed + 3 * np.trace(compliance[3:, 3:]))
+
+
+def test_the_page_of_materials_has_their_numbers():
+    page = (Path(__file__).parents[1] / "notebooks" / "site" / "materials.md").read_text(encoding="utf-8")
+    for name, material in MATERIALS.items():
+        start = f"| {name} | {material.young_modulus:g} | {material.poisson_ratio:g} | {material.elastic_source} |"
+        assert f"{start} " in page and f"| {1e3 * material.hamaker:g} |" in page
+
+
+def test_materials_of_a_users_own_table_come_first(tmp_path, monkeypatch):
+    table = tmp_path / "own.csv"
+    table.write_text(
+        "name,young_modulus,poisson_ratio,hamaker_constant\nPVA film,2000 MPa,0.4,70 zJ\nglass,70,0.2,0.06\n"
+    )
+    monkeypatch.setenv("ROUGHXR_MATERIALS", str(table))
+    pair = assign_pair(scan(np.zeros((4, 4))), sphere_radius=3000, materials="glass/pva film")
+    expected = 1 / ((1 - 0.2**2) / 70 + (1 - 0.4**2) / 2)
+    assert float(pair.contact_modulus) == pytest.approx(expected)
+    assert float(pair.hamaker_constant) == pytest.approx(np.sqrt(0.07 * 0.06))
+    with pytest.raises(ValueError, match=r"for another material give young_modulus.* ROUGHXR_MATERIALS names"):
+        assign_pair(scan(np.zeros((4, 4))), sphere_radius=3000, materials="cheese")
+    table.write_text("name,young_modulus,poisson_ratio\nPVA,2,0.4\n")
+    with pytest.raises(ValueError, match=r"own.csv: expected hamaker_constant of pva \(nN nm\), found none"):
+        assign_pair(scan(np.zeros((4, 4))), sphere_radius=3000, materials="pva")

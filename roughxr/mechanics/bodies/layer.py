@@ -11,7 +11,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity
-from .substances import MATERIALS
+from .substances import materials
 
 if TYPE_CHECKING:
     from ..kernels.halfspace.layered import Film
@@ -56,10 +56,10 @@ def read_layer(layer: Layer | str) -> Layer:
         return layer
     thickness, _, material = str(layer).strip().rpartition(" ")
     material = material.lower()
-    if not isinstance(layer, str) or not thickness or material not in MATERIALS:
+    if not isinstance(layer, str) or not thickness or material not in materials():
         raise Refusal(
             "layer",
-            f"thickness and one of {', '.join(MATERIALS)}, such as '5 nm silica'",
+            f"thickness and one of {', '.join(materials())}, such as '5 nm silica'",
             f"{layer!r}",
             "in Python, make a layer of another material with roughxr.Layer",
         )

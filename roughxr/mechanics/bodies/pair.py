@@ -292,7 +292,7 @@ def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium:
     0.00392
     """
     first_constant, second_constant = (
-        _own_constant(body, substances.MATERIALS) for body in (first, first if second is None else second)
+        _own_constant(body, substances.materials()) for body in (first, first if second is None else second)
     )
     return substances.combined(first_constant, second_constant, _own_constant(medium, substances.MEDIA))
 
@@ -401,11 +401,11 @@ def _coated(layer: Layer, stated_modulus: Any, young_modulus: Any, poisson_ratio
 
 
 def _layer_material(name: str) -> substances.Material:
-    material = substances.MATERIALS.get(name.strip().lower())
+    material = substances.materials().get(name.strip().lower())
     if material is None:
         raise Refusal(
             "layer",
-            f"a layer of {', '.join(substances.MATERIALS)}",
+            f"a layer of {', '.join(substances.materials())}",
             f"{name!r}",
             "of another material give its moduli, as roughxr.Layer('5 nm', young_modulus=70, poisson_ratio=0.2), and "
             "the pair's work_of_adhesion",
