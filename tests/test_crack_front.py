@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.mechanics.contact import adhesion
 from roughxr.mechanics.kernels.adhesion import front
 from roughxr.mechanics.vocabulary.refusal import Refusal
 from roughxr.mechanics.vocabulary.text import IncompleteResult
@@ -188,6 +189,17 @@ def test_soft_places_of_a_rough_scan_agree_with_cells_and_others_are_refused_wit
     lazy = scan.chunk().contact.adhesive(subregions=([3800.0], [3800.0]), mesh="front")
     at_once = scan.contact.adhesive(subregions=([3800.0], [3800.0]), mesh="front")
     assert lazy["pull_off_force"].chunks and lazy.compute()["pull_off_force"].equals(at_once["pull_off_force"])
+
+
+def test_a_soft_place_that_takes_minutes_on_cells_says_so_before_it_starts(monkeypatch):
+    def stop(*arguments, **options):
+        raise InterruptedError
+
+    monkeypatch.setattr(adhesion, "solve", stop)
+    pair = {"sphere_radius": 500, "contact_modulus": 0.3, "work_of_adhesion": 0.03, "adhesion_range": 0.3}
+    scan = roughxr.open_sample("rough").contact.assign_pair(**pair)
+    with pytest.warns(UserWarning, match="a place takes about 40 s"), pytest.raises(InterruptedError):
+        scan.contact.adhesive(subregions=(2, 2))
 
 
 def test_automatic_choice_leaves_stiff_bodies_and_stated_laws_on_cells():

@@ -1,11 +1,12 @@
 """Soft contacts by the front that bounds them: beside exact solutions, beside `adhesive` on cells, and its cost.
 
-    python tests/benchmarks/crack_front.py [exact] [energy] [rough] [limits] [cost] [--references FILE]
+    python tests/benchmarks/crack_front.py [exact] [energy] [rough] [limits] [sample] [cost] [--references FILE]
 
 exact    JKR's sphere, three rippled spheres (Sneddon 1965, Griffith) and ellipses (the ellipse of least energy)
 energy   work of adhesion that an approach shows, over fine roughness: w − U, U = (E*/4) Σ q |h_q|²
 rough    16 places of four soft rough surfaces beside `adhesive` on cells, 10 to 50 s of processor time each
 limits   24 places of four further surfaces, at U/w = 0.15, 0.3 and 0.45; two of them set the limits, two score them
+sample   eight places of the sample "rough" nearest to the limits, E* 30 MPa, 10 to 25 s of processor time each on cells
 cost     processor time of a place from E* = 0.5 MPa to 1 GPa
 
 Without a name: all of them. ``--references`` names a file in which the results on cells are stored; what it does not
@@ -337,6 +338,27 @@ def print_limits(references):
         print_coverage(f"surfaces {name}", compared([case for case in cases if case[0][0] in letters], references))
 
 
+def print_sample():
+    """Print the valid places of a grid on a sample that are nearest to the limits, on which nothing was set."""
+    pair = {"sphere_radius": 500, "contact_modulus": 0.03, "work_of_adhesion": 0.03, "adhesion_range": 0.3}
+    scan = roughxr.open_sample("rough").contact.assign_pair(**pair)
+    fronts = scan.contact.adhesive(subregions=(6, 6), mesh="front")
+    valid = fronts.isel(subregion=fronts["complete"].values)
+    print(f"{valid.sizes['subregion']} of {fronts.sizes['subregion']} places have a valid front")
+    for _, front_place in valid.sortby("pull_off_error", ascending=False).isel(subregion=slice(8)).groupby("subregion"):
+        place = front_place["subregion_x"].values, front_place["subregion_y"].values
+        on_cells = scan.contact.adhesive(subregions=place, law="jkr")
+        values = [
+            float(solved[f"pull_off_{name}"]) for solved in (front_place, on_cells) for name in ("force", "error")
+        ]
+        force, stated, force_on_cells, stated_on_cells = values
+        print(
+            f"{force:.1f} nN ± {stated:.1%}, on cells {force_on_cells:.1f} ± {stated_on_cells:.1%}: "
+            f"{force / force_on_cells - 1:+.1%}",
+            flush=True,
+        )
+
+
 def print_cost():
     """Print the processor time of a place over the moduli, on pixels of a seventeenth of the contact."""
     for modulus in (5e-4, 2e-3, 1e-2, 0.03, 0.1, 0.3, 1.0):
@@ -353,7 +375,7 @@ def main():
     """Print the tables."""
     warnings.simplefilter("ignore")
     parts = {"exact": print_exact, "energy": print_energy, "rough": print_rough, "limits": print_limits}
-    parts["cost"] = print_cost
+    parts |= {"sample": print_sample, "cost": print_cost}
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("parts", nargs="*", choices=list(parts), help="default: all")
     parser.add_argument("--references", help="file of the results on cells")

@@ -47,6 +47,9 @@ from .pressing import is_range, settling_changes
 from .problem import Problem, ask_about_depth, read_problem
 from .solving import solve
 
+#: Processor time (s) of a place on cells, of which a warning tells before it is spent.
+_LONG = 30.0
+
 #: Why a variable is missing at places that were solved.
 _MISSING = dict.fromkeys(
     ("pull_off_error", "mesh_error", "step_error", "interpolation_error"),
@@ -180,6 +183,7 @@ def _solution(
     need_few_cells(specimen, problem, adhesion, positions, reach)
     if fields:
         _need_one_mesh(specimen, problem, adhesion, by_preload)
+    _warn_of_time(adhesion, problem)
     out = solve(
         cycle_record,
         specimen,
@@ -235,6 +239,23 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
     missing = "NaN where nothing was touched, the preload was not reached or the cycle not completed"
     limit = {"tolerance": INTERMEDIATE_TOLERANCE if adhesion.preloads.size else TOLERANCE}
     return {"law": adhesion.law, **length, **settings, **limit, "missing": missing}
+
+
+def _time_on_cells(adhesion: Adhesion, problem: Problem) -> str:
+    """Return about the processor time of a place on cells, in words."""
+    return number(float(f"{seconds_on_cells(problem, adhesion):.1g}"), "s")
+
+
+def _warn_of_time(adhesion: Adhesion, problem: Problem) -> None:
+    """Warn of meshes that take minutes a place, before they are solved."""
+    is_refined = not adhesion.refine and not adhesion.by_front and np.isfinite(adhesion.accuracy)
+    if not is_refined or not adhesion.preloads.size or problem.indenter.map is not None:
+        return
+    if seconds_on_cells(problem, adhesion) > _LONG:
+        warn(
+            "these bodies are soft and their contacts large: a place takes about "
+            f"{_time_on_cells(adhesion, problem)} of processor time; one mesh, as mesh=2, takes less and has no error"
+        )
 
 
 def _warn_of_errors(out: xr.Dataset, adhesion: Adhesion) -> None:
@@ -330,10 +351,10 @@ def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
         )
     lost = int((~out["complete"].values).sum())
     if lost and not adhesion.on_cells:
-        seconds = number(float(f"{seconds_on_cells(problem, adhesion):.1g}"), "s")
         warn(
             f"{lost} of {out['complete'].size} subregions have no valid front (more than one contact, or one too far "
-            f"from a circle); their results are NaN: law='jkr' solves them on cells, in about {seconds} each",
+            "from a circle); their results are NaN: law='jkr' solves them on cells, in about "
+            f"{_time_on_cells(adhesion, problem)} each",
             IncompleteResult,
         )
     elif lost:
