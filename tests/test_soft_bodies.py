@@ -330,3 +330,19 @@ def test_pressing_that_reaches_other_summits_makes_a_range_under_a_law_with_a_ra
     pressed = pair.contact.adhesive(preload=low, **options)
     assert high > 3 * low
     assert float(pressed.pull_off_force[0]) == pytest.approx(high, rel=0.02)
+
+
+def test_a_flat_punch_with_a_cliff_rests_on_no_ripples_between_the_pixels():
+    """Kendall's punch: interpolated heights ring at its rim, and the sphere of finer cells held a thousandth of it."""
+    modulus, work, pixel, side = 10.0, 0.05, 10.0, 24
+    axis = pixel * (np.arange(side) - 0.5 * (side - 1))
+    inside = np.hypot(axis[:, None], axis) < 60.0
+    surface = surfaces.scan(np.where(inside, 0.0, -30.0), pixel)
+    options = {"contact_modulus": modulus, "work_of_adhesion": work, "adhesion_range": 0.3}
+    pair = surface.contact.assign_pair(sphere_radius=1e6, **options)
+    middle = [0.5 * side * pixel]
+    with pytest.warns(UserWarning, match="did not reach accuracy"):
+        solved = pair.contact.adhesive(subregions=(middle, middle), law="jkr").isel(subregion=0)
+    radius = np.sqrt(inside.sum() / np.pi) * pixel
+    kendall = np.sqrt(8 * np.pi * modulus * work * radius**3)
+    assert abs(float(solved.pull_off_force) / kendall - 1) < float(solved.pull_off_error) < 0.6

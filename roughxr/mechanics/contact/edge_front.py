@@ -236,6 +236,9 @@ def front_cycles(place: Place, problem: Problem, adhesion: Adhesion) -> FrontCyc
 
     points = _usual_points(problem, adhesion, axes)
     for _ in range(_MOST_CENTRINGS):
+        # fewest points along a radius of the coarser solution
+        if points.radius < 8 * points.halved.spacing:
+            raise Unfollowed
         coarse = edge_of(points.halved)
         coarse_cycles = _cycles(coarse, points.halved.step, adhesion.preloads)
         shift, radius = _middle(coarse_cycles[-1].pull_off.radius)

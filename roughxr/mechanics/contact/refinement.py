@@ -38,6 +38,9 @@ REFINEMENTS, _MOST_MESHES = (1, 2, 4, 8, 16), 4
 #: states three times as much. Two meshes state it as well, since they may agree by chance.
 _MESH_ERROR, _DEVIATIONS = 0.5, 3.0
 
+#: Radius (pixels) of a contact at pull-off from which on pixels are taken, where finer meshes do not agree.
+_PIXEL_RADIUS = 4.0
+
 #: Relative error without range on a film that changes the contact, times the film's thickness in cells: the width of
 #: the cohesive zone must be small beside the thickness. Smooth spheres on films of 2 to 20 cells are off by 0.1 of it
 #: over the thickness if compressible, by 0.2 if not (``tests/benchmarks/without_range.py``).
@@ -97,6 +100,8 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         agrees = bool((mesh_error < adhesion.accuracy)[np.isfinite(mesh_error)].all()) and not lost.any()
         if agrees and (agreed_before or _is_resolved(cycles, adhesion)):
             break
+    if not agrees and (on_pixels := _resolved_on_pixels(place, problem, adhesion, cycles)):
+        cycles, mesh_error, slow, spline_change = on_pixels, _single_mesh_error(on_pixels), 0.0, None
     errors = {"mesh_error": mesh_error, "step_error": step_error}
     errors["interpolation_error"] = 0.0 * mesh_error if spline_change is None else spline_change
     pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
@@ -104,6 +109,17 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     numerical = np.sqrt(sum(error**2 for error in stated.values()))
     errors["pull_off_error"] = _with_settling(numerical, cycles, pressed, adhesion)
     return cycles, {"mesh": cycles.problem.refine, "pressed_pull_off_force": pressed, **errors}
+
+
+def _resolved_on_pixels(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> Cycles | None:
+    """Return the cycles on pixels if these resolve the contact, and finer cells, which do not agree, find another one.
+
+    Heights between pixels ring beside a cliff, by band-limited interpolation as by splines: the sphere then rests on
+    the ripples.
+    """
+    on_pixels = _solved(place, problem, adhesion, 1)
+    is_other = _change(on_pixels, cycles) > LARGEST_DIFFERENCE
+    return on_pixels if (is_other & (_contact_radii(on_pixels) > _PIXEL_RADIUS)).all() else None
 
 
 def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
