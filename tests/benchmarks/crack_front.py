@@ -349,7 +349,7 @@ def print_sample():
         place = front_place["subregion_x"].values, front_place["subregion_y"].values
         on_cells = scan.contact.adhesive(subregions=place, law="jkr")
         values = [
-            float(solved[f"pull_off_{name}"]) for solved in (front_place, on_cells) for name in ("force", "error")
+            solved[f"pull_off_{name}"].item() for solved in (front_place, on_cells) for name in ("force", "error")
         ]
         force, stated, force_on_cells, stated_on_cells = values
         print(
