@@ -210,8 +210,9 @@ def test_figure_16_has_a_panel_for_each_method(papers, run):
     panels = papers["figure-16"].axes
     methods = {"published": "published", "corrected": "self_similar", "least energy": "energy"}
     for ax, (label, key) in zip(panels, methods.items(), strict=True):
-        drawn = line_of(ax, label).get_xdata()[1:]  # the first step begins at −∞
-        np.testing.assert_array_equal(drawn, np.sort(run[f"statistics/{key}"].pull_off_force))
+        forces = run[f"statistics/{key}"].pull_off_force
+        drawn = line_of(ax, f"{label} ({forces.size})").get_xdata()[1:]  # the first step begins at −∞
+        np.testing.assert_array_equal(drawn, np.sort(forces))
 
 
 def test_the_ratio_by_place_is_drawn_with_the_places_where_contacts_overlap(run):
