@@ -82,7 +82,8 @@ def test_the_page_of_five_commands_and_five_verbs_names_those_that_exist():
     assert len(verbs) == 5 and set(verbs) <= set(vars(ContactAccessor))
 
 
-RECIPES = re.findall(r"```python\n(.*?)```", (PAGES / "how-to.md").read_text(encoding="utf-8"), re.DOTALL)
+HOW_TO = "".join(page.read_text(encoding="utf-8") for page in sorted(PAGES.glob("how-to*.md")))
+RECIPES = re.findall(r"```python\n(.*?)```", HOW_TO, re.DOTALL)
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +115,7 @@ def readers_files(tmp_path_factory):
 
 
 def test_the_page_names_all_materials():
-    names = re.search(r"Named materials are (.*?);", (PAGES / "how-to.md").read_text(encoding="utf-8"), re.DOTALL)[1]
+    names = re.search(r"Named materials are (.*?);", HOW_TO, re.DOTALL)[1]
     assert set(re.split(r", | and ", names)) == set(MATERIALS)
 
 
