@@ -1,7 +1,7 @@
 """Write the site's table of formats: python -m tests.format_table.
 
-It shows what ``roughxr info`` prints of a microscope's file where a public one was read (``REAL``), else of a sample that
-the tests make. ``python -m tests.format_table FILE...`` prints the rows of ``REAL`` anew; the files are those of
+It shows what ``roughxr info`` prints of a microscope's file where a public one was read (``REAL``), else of a sample
+that the tests make. ``python -m tests.format_table FILE...`` prints the rows of ``REAL`` anew; the files are those of
 SurfaceTopography (test/file_format_examples) and of SciFiDatasets (data/microscopy/spm).
 """
 
