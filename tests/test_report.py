@@ -166,7 +166,7 @@ def test_detach_states_the_flow_that_removes_a_share(written, run, capsys):
     assert "with the run's work of adhesion" in printed
     with pytest.raises(SystemExit):
         cli.main(["detach", str(written.parent), "--remove", "most"])
-    assert "expected a number, or per cent as 90%, found 'most'" in capsys.readouterr().err
+    assert "expected a number without a unit, or per cent as 90%, found 'most'" in capsys.readouterr().err
 
 
 def test_places_that_a_cause_never_detaches_are_no_part_of_its_median(run, tmp_path, capsys):

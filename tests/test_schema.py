@@ -62,7 +62,7 @@ def test_a_catalogue_that_holds_asperities_twice_is_refused():
 
 @pytest.mark.parametrize("name", sorted(schema._SIZES))
 @pytest.mark.parametrize(
-    ("wrong", "message"), [(-1.0, "found -1.0"), (np.nan, "found nan"), ([1.0, 2.0], "one value, found 2")]
+    ("wrong", "message"), [(-1.0, "found -1"), (np.nan, "found nan"), ([1.0, 2.0], "one value, found 2")]
 )
 def test_a_pair_that_was_changed_after_it_was_assigned_is_refused(name, wrong, message):
     pair = glass_pair(scan(rough(N, seed=2)))

@@ -124,7 +124,11 @@ class Parser(argparse.ArgumentParser):
         if lacking:
             values = re.search(rf"{lacking[1]} ([A-Z ]+)", " ".join(self.format_usage().split()))
             message = f"{message}, {values[1].strip()}" if values else message
-        kinds = {"float": "a number without a unit", "share": "a number, or per cent as 90%", "int": "a whole number"}
+        kinds = {
+            "float": "a number without a unit",
+            "share": "a number without a unit, or per cent as 90%",
+            "int": "a whole number",
+        }
         for kind, meant in kinds.items():
             message = message.replace(f"invalid {kind} value:", f"expected {meant}, found")
         self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")

@@ -77,16 +77,16 @@ def adhesive(
     ds : Dataset
         A scan with an assigned pair.
     preload : number, quantity or array of them, optional
-        Force (nN) at which the indenter turns back, by default 0. Several, ascending, lie along ``preload``.
+        Force (nN) at which the indenter turns back, by default 0. Several lie along ``preload``.
     delta : array_like, optional
         Displacements (nm), ascending, in place of a preload.
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`. By default those on ``ds``, else one in its middle.
+        Contact centres, see `regions.centres`.
     law : {"auto", "exponential", "jkr", "dugdale", "lennard_jones"}
         Traction across a gap. "auto" chooses by Tabor's parameter.
     mesh : "auto", "front", int or Mesh
-        Cells along a side of a pixel. "auto" halves them until the pull-off changes by less than 5 %. "front", which
-        "auto" takes with ``law="auto"`` for a soft sphere that would need many, follows the edge of the contact.
+        Cells along a side of a pixel. "auto" halves them until the pull-off changes by less than 5 %; soft spheres that
+        need many take "front", the contact's edge.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0; by default first contact with a preload, else the highest peak.
     cycles : int
