@@ -119,8 +119,8 @@ def test_what_is_handed_on_says_what_it_stands_for_and_one_condition_at_a_time(t
             hand_on(varied)
     path = archive.save({"detachment/load": load}, tmp_path / "one.nc")
     assert "xarray.open_datatree: detachment/load" in xr.open_dataset(path).attrs["comment"]
-    with pytest.raises(ValueError, match="'silica/mica'; for other materials"):
-        scan.contact.assign_pair(sphere_radius=3000, materials="silica/mica")
+    with pytest.raises(ValueError, match="'silica/dolomite'; for another material"):
+        scan.contact.assign_pair(sphere_radius=3000, materials="silica/dolomite")
 
 
 def test_a_variable_is_a_table_of_its_own():

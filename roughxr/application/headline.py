@@ -236,7 +236,8 @@ def _mean_words(summary: xr.Dataset, value: Mapping[str, float], name: str = "")
         return f"{bounds_in_words(value['low'], value['high'])} ({counted})"
     if np.isnan(value["low"]):
         return f"{quantity(mean)} ({places})"
-    return f"{with_interval(mean, value['low'], value['high'], name=name).removesuffix(')')}, {places})"
+    words = with_interval(mean, value["low"], value["high"], why_wide=", too few values", name=name)
+    return f"{words.removesuffix(')')}, {places})"
 
 
 def _limit_words(summary: xr.Dataset, value: Mapping[str, float]) -> str:

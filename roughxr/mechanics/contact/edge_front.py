@@ -67,7 +67,7 @@ _ACCURACY = 0.05
 def seconds_on_cells(problem: Problem, adhesion: Adhesion) -> float:
     """Return about the processor time (s) of a soft place on cells."""
     side = 0.5 * problem.pixel / first_refinement(problem, adhesion)
-    area = 2 * np.pi * problem.indenter.radius * float(problem.steps[-1])
+    area = min(2 * np.pi * problem.indenter.radius * float(problem.steps[-1]), problem.shown)
     return _SECONDS_ON_CELLS * np.sqrt(area) / side
 
 

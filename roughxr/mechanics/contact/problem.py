@@ -37,6 +37,7 @@ class Problem(NamedTuple):
     yielding: bool = False  # whether the body yields at the hardness; else only shares above it are reported
     splined: bool = False  # whether heights between the pixels are interpolated by splines, else band-limited
     layer: Film | None = None  # on the scan's body, nm
+    shown: float = np.inf  # area of the scan, nm²
 
     @property
     def dx(self) -> float:
@@ -96,6 +97,7 @@ def read_problem(
         hardness=pair.hardness,
         yielding=pair.yields,
         layer=pair.layer,
+        shown=float(np.prod(regions.sides(specimen.bodies))),
     )
 
 

@@ -191,8 +191,7 @@ def _means_in_words(means: xr.Dataset, best: float, low: float, high: float) -> 
     if overlap and is_too_wide(low, high):
         decided = "it is too wide to decide"
     return [
-        f"{AS_SCANNED} With it the best estimate is {with_interval(best, low, high, why_wide='')}, {ratio} times the "
-        "prediction.",
+        f"{AS_SCANNED} With it the best estimate is {with_interval(best, low, high)}, {ratio} times the prediction.",
         f"Its interval, by all known errors of the prediction, {relation} that of the measured mean: {decided}. "
         "Errors of spring constant and sensitivity are not included.",
     ]

@@ -230,7 +230,9 @@ def _limits(fitted: Fitted, power: float, ds: xr.Dataset, extrapolated: bool, me
     # largest exponent of the contact modulus for a fit that hardly depends on it
     separable = "only weakly" if abs(power) < 0.1 else "so that the fit cannot separate the two"
     modulus = f"contact modulus {float(ds['contact_modulus']):g} GPa"
-    notes = [f"w depends on the assumed {modulus} to the power {power:.2f}, {separable}"]
+    notes = [
+        f"w depends on the assumed {modulus} to the power {abs(power) if abs(power) < 5e-3 else power:.2f}, {separable}"
+    ]
     notes += ["the range of adhesion is the assumed one"]
     covered = f"{fitted.values[0]:.3g} to {fitted.values[-1]:.3g}"
     if fitted.low == 0:

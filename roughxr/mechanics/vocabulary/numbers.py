@@ -102,7 +102,7 @@ def with_interval(
     high: float,
     units: str = "nN",
     *,
-    why_wide: str = ", too few values",
+    why_wide: str = "",
     name: str = "95 % interval",
 ) -> str:
     """Return a value with its interval, both in one unit, the interval's name, and why it is too wide for numbers."""
