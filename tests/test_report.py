@@ -350,7 +350,9 @@ def test_intervals_that_explode_are_not_printed_as_numbers():
     assert "too few values" in headline and "Next: solve more places" in headline
     wide = [numbers.value_and_interval(20.0, *ends)[1] for ends in ((0.00516, 71311.0), (0.387, 22.4), (1, 51))]
     assert len(set(wide)) == 1 and numbers.value_and_interval(20.0, 1, 29) == ("20 nN", "1 … 29 nN")
-    assert "too few" in numbers.with_interval(12.1e3, 0.00516, 71311.0)
+    exploded = 12.1e3, 0.00516, 71311.0
+    assert numbers.with_interval(*exploded) == "12 µN (95 % interval wider than a factor of 50)"
+    assert numbers.with_interval(*exploded, why_wide=", too few values").endswith("of 50, too few values)")
     assert numbers.value_and_interval(2149211.0, float("nan"), float("nan"), "m/s²")[0] == numbers.number(
         2.15e6, "m/s²"
     )
