@@ -1,8 +1,4 @@
 """Archives: one NetCDF-4 file for a run, with a group for each Dataset."""
 
-from .application.archive import load, save
-
-__all__ = [
-    "load",
-    "save",
-]
+from .application.archive import *  # noqa: F403
+from .application.archive import __all__ as __all__

@@ -52,7 +52,7 @@ def cycle_layout(problem: Problem, adhesion: Adhesion, preload: Any) -> Layout:
 
 def cycle_record(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -> np.ndarray:
     """Follow the cycles of one place, one for each preload, and return their record."""
-    by_front = valid_cycles(place, problem, adhesion) if adhesion.by_front else None
+    by_front = valid_cycles(place, problem, adhesion)
     if by_front or not adhesion.on_cells:
         return _front_record(by_front, problem, layout, adhesion)
     cycles, errors = cycles_at(place, problem, adhesion, fields=layout.window is not None)

@@ -48,7 +48,7 @@ def pull_offs(cases: Sequence[Case]) -> np.ndarray:
 
 def _pull_off(place: Place, problem: Problem, adhesion: Adhesion) -> np.ndarray:
     """Return the pull-off of one case, as a task."""
-    by_front = valid_cycles(place, problem, adhesion) if adhesion.by_front else None
+    by_front = valid_cycles(place, problem, adhesion)
     if by_front or not adhesion.on_cells:
         return by_front.pull_offs[0] if by_front else np.array(np.nan)
     cycles, _ = cycles_at(place, problem, adhesion, fields=False)

@@ -16,9 +16,9 @@ from ..kernels.topography.interpolation import bicubic_spline
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.refusal import Refusal
 from .adhesion_on_cells import Adhesion
-from .pressing import LARGEST_SETTLING, settled_errors
+from .pressing import LARGEST_SETTLING
 from .problem import Place, Problem, Surface, cell_axes, surface_at
-from .refinement import first_refinement
+from .refinement import first_refinement, with_settling
 
 #: Cells along a side of a pixel from which the heights between the points are interpolated.
 _CELLS = 2
@@ -166,9 +166,7 @@ class FrontCycles(NamedTuple):
         """The stated errors of the pull-offs without their changes by pressing, relative."""
         second_order = np.array([cycle.pull_off.second_order for cycle in self.cycles])
         squares = _LEAST_ERROR**2 + (_SECOND_ORDER_ERROR * second_order) ** 2
-        for error in self.errors.values():
-            squares = squares + error**2
-        return np.sqrt(squares)
+        return np.sqrt(squares + sum(error**2 for error in self.errors.values()))
 
     @property
     def is_valid(self) -> bool:
@@ -179,7 +177,9 @@ class FrontCycles(NamedTuple):
 
 
 def valid_cycles(place: Place, problem: Problem, adhesion: Adhesion) -> FrontCycles | None:
-    """Return the cycles of one place by its front; None where they are not valid."""
+    """Return the cycles of one place by its front; None where it is not to be followed, or they are not valid."""
+    if not adhesion.by_front:
+        return None
     try:
         cycles = front_cycles(place, problem, adhesion)
     except Unfollowed:
@@ -189,11 +189,7 @@ def valid_cycles(place: Place, problem: Problem, adhesion: Adhesion) -> FrontCyc
 
 def front_results(cycles: FrontCycles, problem: Problem, adhesion: Adhesion) -> list[dict[str, Any]]:
     """Return the results of each cycle by their names."""
-    errors = (
-        settled_errors(cycles.pull_off_errors, cycles.pull_offs, cycles.pressed)
-        if adhesion.presses
-        else (cycles.pull_off_errors)
-    )
+    errors = with_settling(cycles.pull_off_errors, cycles.pull_offs, cycles.pressed, adhesion)
     results = []
     for k, cycle in enumerate(cycles.cycles):
         retraction = [cycle.turn, *cycle.retraction]

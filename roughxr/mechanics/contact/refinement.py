@@ -53,7 +53,7 @@ def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: boo
         press = _presses_once(adhesion)
         cycles = _solved(place, problem, adhesion, adhesion.refine, fields=fields, press=press)
         pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
-        error = _with_settling(_single_mesh_error(cycles), cycles, pressed, adhesion)
+        error = with_settling(_single_mesh_error(cycles), cycles.pull_offs, pressed, adhesion)
         return cycles, {"mesh": adhesion.refine, "pressed_pull_off_force": pressed, "pull_off_error": error}
     return _refined_until_accurate(place, problem, adhesion)
 
@@ -100,14 +100,18 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         agrees = bool((mesh_error < adhesion.accuracy)[np.isfinite(mesh_error)].all()) and not lost.any()
         if agrees and (agreed_before or _is_resolved(cycles, adhesion)):
             break
-    if not agrees and (on_pixels := _resolved_on_pixels(place, problem, adhesion, cycles)):
+    if (
+        not agrees
+        and cycles.problem.refine > 1
+        and (on_pixels := _resolved_on_pixels(place, problem, adhesion, cycles))
+    ):
         cycles, mesh_error, slow, spline_change = on_pixels, _single_mesh_error(on_pixels), 0.0, None
     errors = {"mesh_error": mesh_error, "step_error": step_error}
     errors["interpolation_error"] = 0.0 * mesh_error if spline_change is None else spline_change
     pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
     stated = errors | {"mesh_error": np.maximum(mesh_error, slow)}
     numerical = np.sqrt(sum(error**2 for error in stated.values()))
-    errors["pull_off_error"] = _with_settling(numerical, cycles, pressed, adhesion)
+    errors["pull_off_error"] = with_settling(numerical, cycles.pull_offs, pressed, adhesion)
     return cycles, {"mesh": cycles.problem.refine, "pressed_pull_off_force": pressed, **errors}
 
 
@@ -117,6 +121,8 @@ def _resolved_on_pixels(place: Place, problem: Problem, adhesion: Adhesion, cycl
     Heights between pixels ring beside a cliff, by band-limited interpolation as by splines: the sphere then rests on
     the ripples.
     """
+    if cycles.problem.refine == 1:  # there are no finer cells
+        return None
     on_pixels = _solved(place, problem, adhesion, 1)
     is_other = _change(on_pixels, cycles) > LARGEST_DIFFERENCE
     return on_pixels if (is_other & (_contact_radii(on_pixels) > _PIXEL_RADIUS)).all() else None
@@ -188,9 +194,9 @@ def _presses_once(adhesion: Adhesion) -> bool:
     return adhesion.presses and not _is_pressed_on_larger_cells(adhesion)
 
 
-def _with_settling(errors: np.ndarray, cycles: Cycles, pressed: np.ndarray, adhesion: Adhesion) -> np.ndarray:
+def with_settling(errors: np.ndarray, pulls: np.ndarray, pressed: np.ndarray, adhesion: Adhesion) -> np.ndarray:
     """Return the errors of pull-offs, with their changes by pressing where these are requested."""
-    return settled_errors(errors, cycles.pull_offs, pressed) if adhesion.presses else errors
+    return settled_errors(errors, pulls, pressed) if adhesion.presses else errors
 
 
 def _contact_radii(cycles: Cycles) -> np.ndarray:

@@ -1,8 +1,7 @@
-"""Parallel, checkpointed computation of independent tasks, one for each contact centre.
+"""Parallel computation of independent tasks, one for each contact centre.
 
 spread       tasks on dask's schedulers: at once, later as a dask array, or within a run
 records      the result of one contact centre as a record, and the Dataset of all of them
-checkpoint   a run whose results are stored as they finish, and which resumes after an interruption
 interrupts   Ctrl-C where Numba or Python hides it
 progress     progress bars, stages and the time left
 """

@@ -10,7 +10,8 @@ uncertainty       bootstrap of as many draws as places are independent
 pooling           several scans together
 debris_rule       places on debris
 force_ratios      superposed forces over those of the simulation
-headline          the result in words
+means             the mean pull-off force, its interval and its numerical error
+censoring         estimates of samples that are known by limits
 """
 
 from .debris_rule import debris

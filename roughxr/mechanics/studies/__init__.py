@@ -6,4 +6,6 @@ finer_scan          a second scan, without its noise, as it is and as the first 
 uncertainty_budget  `error_budget`: known uncertainties of the simulated pull-off and their sources
 assumptions         the assumptions that the budget changes
 budget_changes      the change of the pull-off under each
+comparison          `compare`: measured and predicted forces
+fitting, likelihood `fit_pair`: the work of adhesion by measured forces
 """
