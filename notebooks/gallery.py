@@ -138,7 +138,7 @@ PICTURES = {
         "Formulas take one or two numbers of the roughness, and differ by orders of magnitude on one surface.",
     ),
     "Conditions of a solution": Picture(
-        "scan.contact.direct(load=[1000], fields=True).contact.certificate().contact.plot()",
+        "scan.contact.direct(load=[1000]).contact.certificate().contact.plot()",
         "Largest violation of each condition of a contact, over its limit.",
         "Met conditions show that the equations are solved, not that they describe the bodies.",
     ),

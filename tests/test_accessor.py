@@ -117,16 +117,12 @@ def test_the_accessor_says_what_it_is_about_and_what_it_can_do(surface):
     assert "no pair of bodies assigned" in repr(xr.Dataset().contact)
 
 
-def test_the_accessor_shows_the_sentence_of_an_answer_and_of_a_certificate(surface, capsys):
-    pressed = surface.contact.direct(load=[1000.0])
-    proof = pressed.contact.certificate()
+def test_the_accessor_shows_the_sentence_of_an_answer(surface, capsys):
     pull_off = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0], {"units": "nN"})})
     mean = pull_off.contact.answer()
     assert capsys.readouterr().out == ""
     assert mean.sentence.startswith("Mean pull-off 590 nN (95 % interval 230 … 1610 nN, 3 places)")
-    assert proof.sentence.startswith("All 4 conditions are met.\n")
-    for ds in (mean, proof):
-        assert repr(ds.contact).splitlines()[1:][: ds.sentence.count("\n") + 1] == ds.sentence.splitlines()
+    assert repr(mean.contact).splitlines()[1:][: mean.sentence.count("\n") + 1] == mean.sentence.splitlines()
     assert mean.sentence.splitlines()[0] not in repr(xr.concat([mean, mean], "scan").contact)
     assert ".plot" in repr(surface.height.contact)
 

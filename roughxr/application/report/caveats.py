@@ -91,7 +91,13 @@ def _solved(run: Run) -> Iterator[str]:
             conditions = certificate(ds)
             missed = ~(conditions.met | conditions.check.isin(["mesh", "truncated"]))
             if missed.any():
-                violations = "; ".join(conditions.words.values[missed])
+                rows = conditions.isel(check=missed.values)
+                violations = "; ".join(
+                    f"{check}: {violation:.2g} of at most {limit:.2g}"
+                    for check, violation, limit in zip(
+                        rows["check"].values, rows["violation"].values, rows["limit"].values
+                    )
+                )
                 yield f"{title}: conditions of the contact are violated: {violations}."
         if name in ("solutions/direct", "solutions/energy") and "truncated" in ds:
             flags = ds["truncated"].astype(bool)
