@@ -33,7 +33,7 @@ def test_centres_travel_with_a_dataset():
 def test_windows_hold_every_pixel_within_reach(reach):
     surface = scan(rough(40))
     where = centres(surface, ([3.3, -180.0], [-51.0, 190.0]))
-    places, shape = windows(surface, where, reach)
+    places, shape = windows((surface.x.values, surface.y.values), where, reach)
     for window, cx, cy in zip(places, where.subregion_x.values, where.subregion_y.values):
         inside = np.zeros((40, 40), bool)
         inside[window.rows, window.columns] = True

@@ -40,6 +40,16 @@ class Indenter(NamedTuple):
         """Whether the indenter is Hertz's paraboloid (in tests)."""
         return self.profile == PARABOLA
 
+    @property
+    def mean_radius(self) -> float:
+        """Radius, nm; of a map, that of the paraboloid of its mean depth."""
+        if self.map is None:
+            return self.radius
+        x, y, height = self.map
+        r2 = x[:, None] ** 2 + y**2
+        depth = float((height.max() - height).mean())
+        return float(r2.mean()) / (2 * depth) if depth > 0 else float(np.sqrt(r2.max()))
+
     def half_width(self, depth: float) -> float:
         """Return the half-width, nm, within which the indenter lies less than ``depth`` above its lowest point."""
         if self.map is None:
@@ -72,6 +82,16 @@ class Specimen:
         return schema.square_pixel(self.bodies)
 
     @cached_property
+    def axes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Centres of the pixels along x and y, nm."""
+        return self.scan["x"].values, self.scan["y"].values
+
+    @cached_property
+    def sides(self) -> tuple[float, float]:
+        """Sides of the scan along x and y, nm."""
+        return regions.sides(self.scan)
+
+    @cached_property
     def pair(self) -> Pair:
         """The pair of bodies as plain numbers, NaN where a value is not assigned."""
         return read_pair(self.bodies)
@@ -80,7 +100,9 @@ class Specimen:
     def indenter(self) -> Indenter:
         """The assigned sphere or map."""
         height_map = indenter_map(self.bodies)
-        radius = np.nan if height_map else schema.sphere_radius(self.bodies)
+        if not height_map:
+            self.pair.need("sphere_radius")
+        radius = np.nan if height_map else self.pair.sphere_radius
         return Indenter(radius, PROFILES["sphere"], height_map)
 
     @cached_property
@@ -93,18 +115,14 @@ class Specimen:
         return regions.centres_of(self.scan, subregions)
 
 
-def need_wide_scan(scan: xr.Dataset) -> None:
-    """Raise where the assigned sphere can touch the surface beyond the scan.
+def need_wide_scan(heights: np.ndarray, sides: tuple[float, float], radius: float) -> None:
+    """Raise where a sphere (of NaN nm: none) can touch the surface beyond the scan.
 
     That is where its cap over the whole scan is lower than the standard deviation of the heights. A single bump, and
     summits within edges below the mean height, are no part of a larger surface.
     """
-    if "sphere_radius" not in scan.coords:
-        return
-    heights = scan["height"].values
-    radius = schema.sphere_radius(scan)
     width = 2 * Indenter(radius, PROFILES["sphere"], None).half_width(float(heights.std()))
-    shown = min(regions.sides(scan))
+    shown = min(sides)
     edges = heights[0], heights[-1], heights[:, 0], heights[:, -1]
     if max(edge.max() for edge in edges) <= heights.mean():
         return

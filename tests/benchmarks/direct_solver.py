@@ -233,7 +233,8 @@ def bare_kernels(scan):
 
     z = scan.height.values
     dx = float(scan.x[1] - scan.x[0])
-    windows, _ = regions.windows(scan, regions.centres(scan, (8, 8)), np.sqrt(2 * RADIUS * DELTAS[-1]))
+    axes = scan.x.values, scan.y.values
+    windows, _ = regions.windows(axes, regions.centres(scan, (8, 8)), np.sqrt(2 * RADIUS * DELTAS[-1]))
     cut = []
     for w in windows:
         part = np.ascontiguousarray(z[w.rows, w.columns])

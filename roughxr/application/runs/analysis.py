@@ -136,7 +136,7 @@ def run(
         scan = level(scan, method=levelling)
         finer = None if finer is None else level(finer, method=levelling)
     specimen = specimen_of(scan)
-    need_wide_scan(specimen.scan)
+    need_wide_scan(specimen.heights, specimen.sides, specimen.pair.sphere_radius)
     if finer is not None:  # refused before minutes are spent
         refuse_synthetic(scan, finer)
         second_scan(specimen.scan, finer)

@@ -16,11 +16,12 @@ from ..kernels.asperity import pull_off_search
 from ..kernels.asperity.asperity_laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperities_scales, subset
 from ..kernels.asperity.asperity_laws import law as kernel_law
 from ..kernels.halfspace.separation import PROFILES
+from ..scans import regions
 from ..specimen import need_wide_scan
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, DUGDALE, HERTZ, JKR, read_law
 from ..vocabulary.refusal import Refusal
-from .catalogue import asperities
+from .catalogue import catalogue_of
 
 #: Formulations of adhesion on an elliptic asperity, for the law "jkr".
 FORMULATIONS = ASPERITY_LAWS[1:]
@@ -109,7 +110,7 @@ class Summands:
         """The given catalogue, or that of the scan."""
         if "asperity" in self.ds.dims:
             return self.ds
-        return asperities(self.ds, **fit_options(self.formulation))
+        return catalogue_of(self.ds, **fit_options(self.formulation))
 
     @cached_property
     def prepared(self) -> Asperities:
@@ -135,9 +136,9 @@ def read_summands(
     ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
     dry_range = None if law else 0.0  # the default without liquid is "jkr"
     law = read_law(law or (DUGDALE if schema.is_humid(ds) else JKR), verb)
-    if "height" in ds and {"x", "y"} <= set(ds.dims) and not is_lazy(ds):
-        need_wide_scan(ds)
     options = read_options(ds, law, formulation, dry_range=dry_range, coated=coated and not is_lazy(ds))
+    if "height" in ds and {"x", "y"} <= set(ds.dims) and not is_lazy(ds):
+        need_wide_scan(ds["height"].values, regions.sides(ds), options.radius)
     return Summands(ds, law, formulation, options, is_lazy(ds))
 
 

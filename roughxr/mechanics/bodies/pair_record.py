@@ -39,6 +39,11 @@ class Pair(NamedTuple):
     menisci: Menisci | None  # of condensed liquid
     layer: Film | None  # its thickness in nm
 
+    def need(self, *names: str) -> None:
+        """Raise unless each of these coordinates of a valid scan is assigned."""
+        values = self._asdict() | {"work_of_adhesion": self.solid_work}
+        schema.refuse_unassigned([name for name in names if math.isnan(values[name])])
+
     @property
     def work(self) -> float:
         """Work of adhesion, J/m²; of a humid pair that of the liquid and of the solids under it."""

@@ -160,7 +160,7 @@ def _solution(
     directions: np.ndarray = NO_DIRECTIONS,
 ) -> xr.Dataset:
     """Return the states by displacement, or the events by preload, with the moments in directions (rad)."""
-    need_wide_scan(specimen.scan)
+    need_wide_scan(specimen.heights, specimen.sides, specimen.pair.sphere_radius)
     by_preload = delta is None
     mesh = read_mesh(mesh, Mesh())
     datum = datum or ("first_contact" if by_preload else "highest_peak")

@@ -66,12 +66,12 @@ def usual_step(specimen: Specimen) -> float:
 
 def _usual_step_and_cell(specimen: Specimen) -> tuple[float, float]:
     """Return the usual step and the side of the first cells (nm), from the range and JKR's lengths."""
-    schema.need_assigned(specimen.bodies, "contact_modulus", "work_of_adhesion")
-    radius = _contact_radius(specimen)
-    work = specimen.pair.work
-    contact_radius, modulus = specimen.pair.contact_at_pull_off(radius, work)
-    displacement = 0.75 * (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)
-    length = specimen.pair.range
+    pair = specimen.pair
+    pair.need("contact_modulus", "work_of_adhesion")
+    radius = _contact_radius(specimen.heights, specimen.pixel, specimen.indenter.mean_radius)
+    contact_radius, modulus = pair.contact_at_pull_off(radius, pair.work)
+    displacement = 0.75 * (np.pi**2 * pair.work**2 * radius / modulus**2) ** (1 / 3)
+    length = pair.range
     step = max(_STEP_OF_RANGE * length, _STEP_OF_DISPLACEMENT * displacement)
     # side of the cells on the coarsest mesh without range, in ranges of adhesion and as a part of JKR's radius a_c: the
     # larger of both
@@ -98,8 +98,8 @@ def preload_problem(
 def chosen_law(specimen: Specimen, law: str) -> str:
     """Return the name of a law, "auto" by the pair and the asperities; raise if nothing is known of the adhesion."""
     name = read_law(law, "adhesive")
-    schema.need_assigned(specimen.bodies, "work_of_adhesion")
     pair = specimen.pair
+    pair.need("work_of_adhesion")
     if name != AUTO:
         return name
     if pair.menisci is None and not pair.solid_work > 0:
@@ -143,7 +143,7 @@ def _tabor_parameter(specimen: Specimen) -> float:
     parameter = median_tabor(specimen)
     if np.isfinite(parameter) or specimen.indenter.map:
         return parameter
-    return float(specimen.pair.tabor_parameters(_indenter_radius(specimen))[0])
+    return float(specimen.pair.tabor_parameters(specimen.pair.sphere_radius)[0])
 
 
 def snap_in_gap(length: float, parameter: float) -> float:
@@ -200,7 +200,7 @@ def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     """
     pair = specimen.pair
     modulus = pair.contact_modulus / (max(1.0, pair.layer.softening(np.inf)) if pair.layer else 1.0)
-    radius = _indenter_radius(specimen)
+    radius = specimen.indenter.mean_radius
     load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole_work * radius
     hertz = hertz_displacement(load, radius, modulus)
     if pair.yields:  # a fully plastic sphere has the area load/hardness
@@ -209,25 +209,13 @@ def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     return float(hertz + 4.0 * specimen.heights.std() + 12 * np.nan_to_num(adhesion.length))
 
 
-def _indenter_radius(specimen: Specimen) -> float:
-    """Return the sphere's radius (nm); for an indenter's map, that of the paraboloid of its mean depth."""
-    if not np.isnan(specimen.pair.sphere_radius):
-        return specimen.pair.sphere_radius
-    height = specimen.bodies["indenter_height"]
-    r2 = (height["indenter_x"] ** 2 + height["indenter_y"] ** 2).transpose(*height.dims)
-    depth = float((height.max() - height).mean())
-    return float(r2.mean()) / (2 * depth) if depth > 0 else float(np.sqrt(r2.max()))
-
-
-def _contact_radius(specimen: Specimen) -> float:
+def _contact_radius(heights: np.ndarray, pixel: float, radius: float) -> float:
     """Return the radius (nm) in JKR's lengths that scale steps and cells: the indenter's, at most the scan's L²/2z.
 
     Over the half-width L of a scan with heights within z, an indenter of a larger radius acts as a plane.
     """
-    heights = specimen.heights
-    half = 0.5 * specimen.pixel * min(heights.shape)
+    half = 0.5 * pixel * min(heights.shape)
     rise = float(np.ptp(heights))
-    radius = _indenter_radius(specimen)
     return min(radius, half**2 / (2 * rise)) if rise > 0 else radius
 
 

@@ -122,7 +122,7 @@ def direct(
     ({'subregion': 4, 'branch': 2, 'delta': 2}, True)
     """
     specimen = specimen_of(ds)
-    need_wide_scan(specimen.scan)
+    need_wide_scan(specimen.heights, specimen.sides, specimen.pair.sphere_radius)
     positions = specimen.centres(subregions)
     problem = read_problem(specimen, positions, delta=delta, load=load, datum=datum)
     ask_about_depth(specimen, problem)

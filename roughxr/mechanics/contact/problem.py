@@ -72,7 +72,7 @@ def read_problem(
     """Return the problem of a scan, its pair and the options; raise if they do not define one."""
     if delta is not None and load is not None:
         raise Refusal("", "either delta or load", "both")
-    schema.need_assigned(specimen.bodies, "contact_modulus")
+    specimen.pair.need("contact_modulus")
     is_default = delta is None and load is None
     if datum is None:
         datum = default_datum(specimen) if is_default else "highest_peak"
@@ -97,7 +97,7 @@ def read_problem(
         hardness=pair.hardness,
         yielding=pair.yields,
         layer=pair.layer,
-        shown=float(np.prod(regions.sides(specimen.bodies))),
+        shown=float(np.prod(specimen.sides)),
     )
 
 
@@ -197,8 +197,7 @@ class Place(NamedTuple):
 
 def places(specimen: Specimen, positions: xr.Dataset, reach: float) -> tuple[list[Place], tuple[int, int]]:
     """Return the place of each contact centre, and the shape in pixels of an unclipped window."""
-    widest = float(np.hypot(*regions.sides(specimen.bodies)))
-    windows, shape = regions.windows(specimen.bodies, positions, min(reach, widest))
+    windows, shape = regions.windows(specimen.axes, positions, min(reach, float(np.hypot(*specimen.sides))))
     height = specimen.heights
     datum = float(height.max())
     (nx, ny) = height.shape

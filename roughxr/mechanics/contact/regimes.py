@@ -316,5 +316,5 @@ def need_sphere(ds: xr.Dataset | Specimen) -> Specimen:
     """Return the specimen of a scan, computed at once; raise unless a sphere and adhesion are assigned."""
     specimen = specimen_of(ds)
     specimen = Specimen(specimen.scan) if specimen.lazy else specimen
-    schema.need_assigned(specimen.bodies, "sphere_radius", "work_of_adhesion")
+    specimen.pair.need("sphere_radius", "work_of_adhesion")
     return specimen

@@ -141,9 +141,12 @@ def sides(ds: xr.Dataset) -> tuple[float, float]:
     return x_high - x_low, y_high - y_low
 
 
-def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[Window], tuple[int, int]]:
-    """Return each centre's window of half-width ``reach`` (nm), and the common shape of the full window."""
-    (dx, dy), (x, y) = schema.pixel(ds), (ds["x"].values, ds["y"].values)
+def windows(
+    axes: tuple[np.ndarray, np.ndarray], positions: xr.Dataset, reach: float
+) -> tuple[list[Window], tuple[int, int]]:
+    """Return each centre's window of half-width ``reach`` on pixels along x and y, and the full window's shape; nm."""
+    x, y = axes
+    dx, dy = ((axis[-1] - axis[0]) / (axis.size - 1) for axis in axes)
     ahead = np.ceil(np.array([reach / dx, reach / dy])).astype(int) + 1
     shape = tuple(2 * ahead + 1)
     cut = []

@@ -314,7 +314,13 @@ def is_humid(ds: xr.Dataset) -> bool:
 
 def need_assigned(ds: xr.Dataset, *names: str) -> None:
     """Raise unless each of these values of the pair is assigned, as one plausible number."""
-    missing = [name for name in names if name not in ds.coords]
+    refuse_unassigned([name for name in names if name not in ds.coords])
+    for name in names:
+        _assigned(ds[name], name)
+
+
+def refuse_unassigned(missing: list[str]) -> None:
+    """Raise if any values of the pair are missing."""
     if missing:
         raise Refusal(
             "",
@@ -323,8 +329,6 @@ def need_assigned(ds: xr.Dataset, *names: str) -> None:
             "assign the pair of bodies first, for example ds.contact.assign_pair(sphere_radius='3 um', "
             "materials='glass')",
         )
-    for name in names:
-        _assigned(ds[name], name)
 
 
 def sphere_radius(ds: xr.Dataset) -> float:

@@ -10,7 +10,6 @@ from ...bodies.liquid import Menisci
 from ...bodies.pair_record import DEFAULT_RANGE
 from ...kernels.adhesion import potentials
 from ...specimen import Specimen
-from ...vocabulary import schema
 from ...vocabulary.adhesion_laws import ADHESION_LAWS
 from ...vocabulary.refusal import Refusal
 from ..problem import Problem
@@ -33,8 +32,8 @@ class Options(NamedTuple):
 
 def read_options(specimen: Specimen, law: str) -> Options:
     """Return the options of `rigid`; raise if nothing attracts."""
-    schema.need_assigned(specimen.bodies, "work_of_adhesion")
     pair = specimen.pair
+    pair.need("work_of_adhesion")
     w = pair.solid_work
     menisci = pair.menisci
     if not w > 0 and menisci is None:

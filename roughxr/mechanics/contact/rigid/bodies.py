@@ -103,7 +103,7 @@ def rigid(
     ({'subregion': 4, 'delta': 60}, True)
     """
     specimen = specimen_of(ds)
-    need_wide_scan(specimen.scan)
+    need_wide_scan(specimen.heights, specimen.sides, specimen.pair.sphere_radius)
     law = read_law(law, "rigid")
     mesh = whole_number(mesh, "mesh", least=1, most=64)
     options = read_options(specimen, law)
