@@ -24,7 +24,11 @@ def __getattr__(name: str) -> Any:
         from .mechanics.vocabulary.text import did_you_mean
 
         raise AttributeError(f"roughxr: no {name!r}{did_you_mean(name, __all__)}; list its names by dir(roughxr)")
-    return _loaded(name)
+    from .mechanics.vocabulary.calls import public_functions
+
+    value = _loaded(name)
+    globals().update(public_functions({name: value}, [name], __name__))  # in place of what the loader keeps
+    return globals().get(name, value)
 
 
 class _LazyAccessor:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from html import escape
-from inspect import Parameter, signature
-from typing import Any
 
 import xarray as xr
 
@@ -37,43 +35,20 @@ from .mechanics.studies.fitting import fit_pair
 from .mechanics.studies.parameter_grid import vary
 from .mechanics.studies.uncertainty_budget import error_budget
 from .mechanics.vocabulary import schema
+from .mechanics.vocabulary.calls import check_call, checked_call
 from .mechanics.vocabulary.numbers import number
-from .mechanics.vocabulary.refusal import WrongCall
 from .mechanics.vocabulary.text import did_you_mean
 
 
 def _method(function: Callable) -> Callable:
     """Return ``function`` as a method of the accessor, with its own help text and signature."""
 
-    @functools.wraps(function)
+    @functools.wraps(checked_call(function))
     def method(self, *arguments, **options):
-        _check_call(function, arguments, options)
+        check_call(function, arguments, options, f"ds.contact.{function.__name__}", given=1)
         return function(self._ds, *arguments, **options)
 
     return method
-
-
-def _check_call(function: Callable, arguments: tuple, options: Mapping[str, Any]) -> None:
-    """Raise where the arguments after the Dataset are unknown, too many or missing."""
-    _, *parameters = signature(function).parameters.values()
-    kinds = {parameter.kind for parameter in parameters}
-    by_position = [parameter.name for parameter in parameters if parameter.kind is parameter.POSITIONAL_OR_KEYWORD]
-    by_name = [parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY]
-    verb = function.__name__
-    unknown = [name for name in options if name not in (*by_position, *by_name)]
-    if unknown and Parameter.VAR_KEYWORD not in kinds:
-        similar = did_you_mean(unknown[0], by_name)
-        listed = f"its options are {', '.join(by_name)}" if by_name else "leave it out"
-        raise WrongCall(unknown[0], f"an option of {verb}", f"no such option{similar}", listed)
-    if len(arguments) > len(by_position) and Parameter.VAR_POSITIONAL not in kinds:
-        expected = f"at most {len(by_position)} arguments without a name ({', '.join(by_position)})"
-        expected = expected if by_position else "arguments by their names"
-        advice = f"name them: {', '.join(f'{name}=' for name in by_name)}" if by_name else ""
-        raise WrongCall(verb, expected, f"{len(arguments)} without a name", advice)
-    needed = [parameter.name for parameter in parameters if parameter.default is parameter.empty]
-    missing = [name for name in needed[len(arguments) :] if name in (*by_position, *by_name) and name not in options]
-    if missing:
-        raise WrongCall(verb, " and ".join(missing), "none", f"see help(ds.contact.{verb})")
 
 
 class ContactAccessor:

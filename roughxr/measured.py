@@ -6,6 +6,7 @@ from .files.curves.force_curves import ImplausibleCurves, curves_pull_off
 from .files.curves.opening import open_pull_off
 from .mechanics.studies.comparison import compare
 from .mechanics.studies.fitting import fit_pair
+from .mechanics.vocabulary.calls import public_functions
 
 __all__ = [
     "ImplausibleCurves",
@@ -16,3 +17,5 @@ __all__ = [
     "open_curves",
     "open_pull_off",
 ]
+
+globals().update(public_functions(globals(), __all__, __name__))

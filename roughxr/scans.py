@@ -15,6 +15,7 @@ from .mechanics.scans.plausibility import ImplausibleScan
 from .mechanics.scans.roughness_parameters import roughness
 from .mechanics.scans.spectra import power_spectrum
 from .mechanics.scans.tip import dilate, erode, tip_flags
+from .mechanics.vocabulary.calls import public_functions
 
 __all__ = [
     "ImplausibleScan",
@@ -41,3 +42,5 @@ __all__ = [
     "to_file",
     "to_netcdf",
 ]
+
+globals().update(public_functions(globals(), __all__, __name__))

@@ -1,6 +1,7 @@
 """``ds.contact.verb`` is the plain function of the same name, and importing costs little."""
 
 import inspect
+import pickle
 import subprocess
 import sys
 
@@ -53,6 +54,31 @@ def test_misspelt_options_and_verbs_name_the_nearest(surface):
         surface.contact.vary(sphere_radius=[500, 1000])
     with pytest.raises(AttributeError, match=r"no verb 'pulloff' \(did you mean pull_off\?\)"):
         surface.contact.pulloff()
+
+
+def test_plain_functions_and_classes_refuse_wrong_calls_in_the_words_of_the_verbs(surface):
+    with pytest.raises(roughxr.Refusal, match=r"crop: expected at most 1 argument without a name \(ds\), found 3 .*y="):
+        roughxr.scans.crop(surface, [0, 100], [0, 100])
+    with pytest.raises(TypeError, match=r"statistic: expected an option of bootstrap.*did you mean statistics\?"):
+        roughxr.statistics.bootstrap(surface, statistic="mean")
+    with pytest.raises(roughxr.Refusal, match=r"vary: expected solve, found none; see help\(roughxr.vary\)"):
+        roughxr.vary(surface, sphere_radius=[500, 1000])
+    with pytest.raises(roughxr.Refusal, match="ds: expected one value, found two, one of them without a name"):
+        roughxr.level(surface, ds=surface)
+    with pytest.raises(roughxr.Refusal, match="hertz: expected contact_modulus, found none"):
+        roughxr.reference.hertz([5.0], radius=3000)
+    with pytest.raises(roughxr.Refusal, match=r"thicknes: expected an option of Layer.*\(did you mean thickness\?\)"):
+        roughxr.Layer(thicknes=5)
+    with pytest.raises(roughxr.Refusal, match="densty: expected an option of Flow"):
+        roughxr.particles.Flow(densty=1000)
+
+
+@pytest.mark.parametrize("room", [roughxr, roughxr.scans, roughxr.statistics, roughxr.particles, roughxr.figures])
+def test_public_functions_are_pickled_by_their_names(room):
+    for name in room.__all__:
+        if inspect.isfunction(function := getattr(room, name)):
+            assert pickle.loads(pickle.dumps(function)) is function
+            assert function is getattr(room, name)
 
 
 @pytest.mark.door

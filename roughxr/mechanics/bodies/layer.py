@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.calls import checked_class
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity
 from .substances import materials
@@ -21,6 +22,7 @@ _COORDINATES = ("layer_thickness", "layer_modulus", "layer_poisson_ratio", "base
 MODULI = ("contact_modulus", "layer_modulus", "base_modulus")
 
 
+@checked_class
 @dataclass(frozen=True)
 class Layer:
     """A homogeneous layer bonded to the scan's body, for `assign_pair`.

@@ -31,6 +31,7 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.calls import checked_class
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive, single
@@ -137,6 +138,7 @@ def kelvin_radius(humidity: Quantity, *, liquid: str | tuple = "water") -> float
     return 1e3 * tension * volume / ((8.314462618 * 298.15) * abs(math.log(_pressure(humidity))))  # 1e-6 m = 1e3 nm
 
 
+@checked_class
 @dataclass(frozen=True)
 class HumidAir:
     """Air whose vapour condenses between bodies, for ``assign_pair`` where the relative humidity alone is not enough.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ..vocabulary.calls import checked_class
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import RoughxrWarning
 from ..vocabulary.units import fraction, positive, whole_number
@@ -31,6 +32,7 @@ class TooManyCells(Refusal):
     """The mesh has more cells within reach of the law than can be solved."""
 
 
+@checked_class
 @dataclass(frozen=True)
 class Mesh:
     """Mesh and steps of the simulation with adhesion.

@@ -21,6 +21,7 @@ from ..kernels.adhesion import potentials
 from ..kernels.asperity import asperity_laws, ellipse, elliptic_jkr, maugis
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import LENNARD_JONES, read_law
+from ..vocabulary.calls import checked_call
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantities, Quantity, positive
 from .estimates import tabor
@@ -62,7 +63,7 @@ def _takes_quantities(function: _Formula) -> _Formula:
         units = {name: _UNITS[name] for name, value in options.items() if name in _UNITS and value is not None}
         return function(*arguments, **options | {name: positive(options[name], units[name], name) for name in units})
 
-    return cast(_Formula, formula)
+    return checked_call(cast(_Formula, formula))
 
 
 @_takes_quantities

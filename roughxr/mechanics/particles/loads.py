@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..vocabulary import schema
+from ..vocabulary.calls import checked_class
 from ..vocabulary.units import factor, magnitude, positive
 
 #: Density (kg/m³) and kinematic viscosity (m²/s) of air at 20 °C, as in Reeks & Hall (2001).
@@ -41,6 +42,7 @@ _EQUAL_LIFT = (20.9 / 9.22) ** (1 / 1.69)
 LIFTS = ("by_range", "leighton_acrivos", "hall", "none")
 
 
+@checked_class
 class Flow(NamedTuple):
     """The fluid over the wall, its formula of lift, and gravity.
 

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.calls import checked_call
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Places, carries_units, is_whole, magnitude
 from .landings import debris_landings
@@ -26,6 +27,7 @@ class Window(NamedTuple):
     origin: tuple[float, float]
 
 
+@checked_call
 def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     """Return the contact centres as coordinates along ``subregion``.
 
@@ -96,6 +98,7 @@ def points(positions: xr.Dataset) -> np.ndarray:
 EDGES = ("scan_x_min", "scan_x_max", "scan_y_min", "scan_y_max")
 
 
+@checked_call
 def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     """Return the outer edges of a scan, half a pixel beyond its outermost pixel centres.
 

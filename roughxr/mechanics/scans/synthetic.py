@@ -9,6 +9,7 @@ import xarray as xr
 
 from ..kernels.topography.random_surface import normal
 from ..vocabulary import schema
+from ..vocabulary.calls import checked_call
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity, is_whole, positive, whole_number
 from .fine_scales import hurst_exponent
@@ -17,6 +18,7 @@ from .fine_scales import hurst_exponent
 HEIGHTS, OTHERS = 0, 1
 
 
+@checked_call
 def self_affine(
     shape: tuple[int, int],
     pixel: Quantity,
