@@ -142,8 +142,14 @@ def test_what_a_file_lacks_is_asked_for(tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"spring_constant": "2 N/m"}, "spring_constant: the file states 1; leave it out; if the file"),
-        ({"sensitivity": "60 nm/V"}, "sensitivity: the file states 5e-08; leave it out"),
+        (
+            {"spring_constant": "2 N/m"},
+            "spring_constant: expected 1, as the file states, found '2 N/m'; leave .* out; if the file",
+        ),
+        (
+            {"sensitivity": "60 nm/V"},
+            "sensitivity: expected 5e-08, as the file states, found '60 nm/V'; leave sensitivity= out",
+        ),
         ({"units": "nN"}, "leave units= out"),
         ({"pulls": "negative"}, "leave pulls= out"),
     ],
@@ -251,7 +257,7 @@ def test_the_command_line_tells_what_became_of_the_curves(volume, tmp_path, caps
     exact = roughxr.open_pull_off(volume[0])
     assert (abs(again.pull_off_force - exact.pull_off_force) < 0.2 * exact.pull_off_standard_error).all()
     assert main(["measured", str(volume[0]), "--spring-constant", "3"]) == 1
-    assert "--spring-constant: the file states" in capsys.readouterr().err
+    assert "--spring-constant: expected 1, as the file states" in capsys.readouterr().err
 
 
 def test_one_curve_prints_its_force(tmp_path, capsys):

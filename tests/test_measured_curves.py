@@ -192,7 +192,7 @@ def test_a_curve_in_a_table_is_that_in_memory(tmp_path):
             "expected columns 'piezo' and either 'force' or 'deflection', found 'z', 'force'",
         ),
         ("piezo [nm],force\n1,2\n", {}, "give them, such as units='nN'"),
-        ("piezo,force [nN]\n1,2\n", {}, "expected units of a length for 'piezo', found none"),
+        ("piezo,force [nN]\n1,2\n", {}, "expected units of a length for 'piezo', found none; state piezo_units="),
         ("piezo [nm],deflection [nm]\n1,2\n", {}, "state spring_constant="),
         ("piezo [nm],deflection [V]\n1,2\n", {"sensitivity": "50 nm/V"}, "state spring_constant="),
         ("piezo [nm],deflection [nN]\n1,2\n", {}, "expected units of a length or V for 'deflection'"),

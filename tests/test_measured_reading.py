@@ -109,7 +109,11 @@ def test_what_is_written_as_a_table_opens_again(tmp_path):
         ("F1 [nN]\nnan\n\n", {}, "found missing values only"),
         ("F1 [nN]\n1\ninf\n", {}, "expected finite values, found infinite ones"),
         ("F1 [nN]\n1\n2\n", {"pulls": "negative"}, "expected some negative values, found only positive ones"),
-        ("x [um],y [um],F [nN]\n0,0,1\n1,1,2\n", {"place_units": "nm"}, "place_units: the file states 'um'"),
+        (
+            "x [um],y [um],F [nN]\n0,0,1\n1,1,2\n",
+            {"place_units": "nm"},
+            "place_units: expected 'um', as the file states, found 'nm'",
+        ),
     ],
 )
 def test_what_is_missing_or_damaged_is_named(tmp_path, text, options, message):

@@ -1,6 +1,7 @@
 """A damaged file is refused with its name and the reason, or read right; never a hang, never a wrong size."""
 
 import os
+import pickle
 import re
 import signal
 import struct
@@ -27,7 +28,7 @@ from roughxr.mechanics.scans.plausibility import doubts
 from roughxr.mechanics.scans.synthetic import self_affine
 from roughxr.scans import ImplausibleScan, UnreadableScan, describe, open_scan, to_netcdf
 
-from .afm_files import WRITERS, given, image_size, picture, write_asd, write_binary_sdf, write_gwy
+from .afm_files import WRITERS, given, image_size, picture, write_asd, write_binary_sdf, write_gwy, write_sxm
 from .surfaces import rough, scan
 
 SECONDS = 5
@@ -182,7 +183,7 @@ def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, monkeypatch):
     process = reader_process._running[os.getpid(), vendor_reader.__file__]
     monkeypatch.setattr(reader_process, "SECONDS", 0.5)
     start = time.monotonic()
-    with pytest.raises(UnreadableScan, match=r"pages.tiff: reading was stopped after 1 s.*save or export it again"):
+    with pytest.raises(UnreadableScan, match=r"pages.tiff: .*reading was stopped after 1 s.*save or export it again"):
         open_scan(pages(tmp_path / "pages.tiff", 20_000))
     assert time.monotonic() - start < 10
     assert process.wait(5) != 0
@@ -291,7 +292,7 @@ def test_files_of_instruments_are_as_long_as_they_state(name, code, shared_scans
     path = shared_scans / name
     if not path.exists():
         pytest.skip(f"{name} is not beside these files")
-    assert stated_sizes.excess(path, code) == ""
+    assert stated_sizes.refuse_longer(path, code) is None
     content = path.read_bytes()
     for place in (len(content) // 3, len(content) - 2**14):
         longer = tmp_path / path.name
@@ -367,12 +368,24 @@ def test_deeply_nested_groups_are_refused(tmp_path):
         open_scan(path)
 
 
+def test_a_refusal_of_a_file_has_fields(tmp_path):
+    path = write_sxm(tmp_path, picture(), image_size(picture()))
+    path.write_bytes(path.read_bytes()[:-4])
+    size = 4 * 4 * picture().size  # bytes of both directions of two channels
+    with pytest.raises(UnreadableScan) as refusal:
+        open_scan(path)
+    error = pickle.loads(pickle.dumps(refusal.value))
+    assert error.what == error.path == path and error.where == ("Nanonis (.sxm)",)
+    assert error.expected.startswith(f"{size:,} bytes") and error.found == f"{size - 4:,}: cut short"
+    assert error.advice.startswith("copy the whole file again") and str(error) == str(refusal.value)
+
+
 def test_frames_without_length_are_refused(tmp_path):
     path = write_asd(tmp_path, picture(), image_size(picture()))
     content = bytearray(path.read_bytes())
     content[8:12] = struct.pack("<i", -2 * picture().size)  # bytes before the heights of each frame
     path.write_bytes(content)
-    with pytest.raises(UnreadableScan, match="cut short"):
+    with pytest.raises(UnreadableScan, match="damaged"):
         open_scan(path)
 
 

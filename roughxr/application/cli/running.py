@@ -22,7 +22,7 @@ from .checks import both_counts, stated_pair
 from .config import repeating_command
 from .file_commands import read_scan
 from .options import FLUIDS
-from .words import EXPECTED_ERRORS, error_text, print_error
+from .words import EXPECTED_ERRORS, error_reason, print_error
 
 
 def paper(options: Namespace) -> None:
@@ -46,7 +46,7 @@ def _run_each(options: Namespace, output: Path) -> None:
         try:
             without_warnings(describe, file)  # its run warns
         except EXPECTED_ERRORS as error:
-            unread[file] = error_text(error).removeprefix(f"{file}: ")
+            unread[file] = error_reason(error)
             print_error(f"{file}: cannot be read and is left out: {unread[file]}")
     folders = several.scan_folders([file for file in options.scan if file not in unread], output)
     finished, refused = several.run_each(folders, lambda scan, folder: _run_one(options, str(scan), folder))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import glob
 import os
 import re
@@ -36,9 +37,16 @@ class Printable:
 def error_text(error: BaseException) -> str:
     """Return an error's text; the operating system's errors begin with the file's name."""
     name = getattr(error, "filename", None)
-    if not isinstance(error, OSError) or error.errno is None or name is None:
-        return str(error)
-    return f"{name}: {str(error.strerror).lower()}"
+    return str(error) if name is None else f"{name}: {error_reason(error)}"
+
+
+def error_reason(error: BaseException) -> str:
+    """Return an error's text without the file's name."""
+    if isinstance(error, Refusal):
+        return error.reason
+    if isinstance(error, OSError) and error.errno is not None:
+        return str(error.strerror).lower()
+    return str(error)
 
 
 #: Attributes of the parsed command line other than options.
@@ -89,20 +97,26 @@ def error_in_shell(error: BaseException, options: Namespace) -> str:
         return error_text(error)
     if not isinstance(error, Refusal):
         return in_shell(str(error), options)
-    expected, advice = (in_shell(str(words), options) for words in (error.expected, error.advice))
-    reason = Refusal("", expected, error.found, advice).reason if expected else in_shell(error.reason, options)
-    what = str(error.what)
-    if what in vars(options):
-        what = in_shell(f"{what}: ", options).removesuffix(": ")
-    return f"{what}: {reason}" if what else reason
+    flags = _flags(options)
+    worded = copy.copy(error)
+    worded.expected, worded.advice = (in_shell(str(words), options) for words in (error.expected, error.advice))
+    worded.what = flags.get(str(error.what), error.what)
+    worded.where = tuple(flags.get(name, name) for name in error.where)
+    return str(worded)
 
 
-def in_shell(text: str, options: Namespace) -> str:
-    """Return an error's or a warning's text with arguments of functions written as the options of a command."""
+def _flags(options: Namespace) -> dict[str, str]:
+    """Return the options of a command by the names of functions' arguments."""
     flags = {name: "--" + name.replace("_", "-") for name in set(vars(options)) - _NO_OPTIONS}
     for option, argument in (("fill", "method"), ("dem", "code")):
         if option in flags:
             flags.setdefault(argument, f"--{option}")
+    return flags
+
+
+def in_shell(text: str, options: Namespace) -> str:
+    """Return an error's or a warning's text with arguments of functions written as the options of a command."""
+    flags = _flags(options)
     any_name = "|".join(sorted(flags, key=len, reverse=True))
 
     def written(match: re.Match[str]) -> str:

@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...mechanics.vocabulary.refusal import Refusal, shown
 from ...mechanics.vocabulary.units import factor, positive
-from ..images.channel import UnreadableScan, first_bytes, read_in_process
+from ..images.channel import UnreadableScan, first_bytes, read_in_process, refuse_stated
 from ..images.force_curve_formats import TEXTS, ZIP, curve_format
 from ..images.netcdf import HDF5
 from ..images.plain import decoded, separators
+from ..images.recognition import guarded
 from ..storage import open_locked_raw
 from . import curve_reader, exported_curves
 from .forces import Calibration, has_units
@@ -50,7 +52,7 @@ def _nt_mdt(head: bytes, given: Calibration) -> str | None:
         return None
     try:
         positive(given.sensitivity, "nm/nA", "sensitivity")
-    except ValueError:
+    except Refusal:
         return None
     return "nt-mdt"
 
@@ -63,15 +65,14 @@ def open_curve_file(path: Path, kind: str, given: Calibration) -> CurveFile:
     answer = _ask_reader(path, kind, used) if used else answer
     curves = answer["curves"]
     if not curves:
-        raise UnreadableScan(path, "expected force-distance curves, found none")
+        raise UnreadableScan(path, "force-distance curves", "none")
     for name in set(stated) - set(used):
         own = [curve[name] for curve in curves if name in curve]
         if own or name == "sensitivity":  # a spring constant given with forces corrects the displacement for bending
-            raise UnreadableScan(
-                path,
-                f"{name.replace(' ', '_')}: the file states {f'{own[0]:.6g}' if own else 'forces'}; leave it out; if "
-                "the file's calibration is wrong, multiply the forces by the ratio",
-            )
+            option = name.replace(" ", "_")
+            otherwise = "; if the file's calibration is wrong, multiply the forces by the ratio"
+            value = shown(own[0]) if own else "none with forces"
+            refuse_stated(path, option, getattr(given, option), value, otherwise=otherwise)
     return CurveFile(path, kind, used, answer["format"], [{**stated, **curve} for curve in curves])
 
 
@@ -79,18 +80,13 @@ def _stated(path: Path, kind: str, given: Calibration) -> dict[str, float]:
     """Return the caller's calibration under afmformats' names, in m/V (m/A) and N/m."""
     for option in ("units", "pulls"):
         if getattr(given, option) is not None:
-            raise UnreadableScan(
-                path, f"{option}: not used for force curves, whose file states it; leave {option}= out"
-            )
+            refuse_stated(path, option, getattr(given, option))
     known = {}
-    try:
-        if given.sensitivity is not None:
-            has_units(given.sensitivity)
-            known["sensitivity"] = positive(given.sensitivity, _per_volt(kind), "sensitivity")
-        if given.spring_constant is not None:
-            known["spring constant"] = positive(given.spring_constant, "N/m", "spring_constant")
-    except ValueError as error:
-        raise UnreadableScan(path, str(error)) from error
+    if given.sensitivity is not None:
+        has_units(given.sensitivity)
+        known["sensitivity"] = positive(given.sensitivity, _per_volt(kind), "sensitivity")
+    if given.spring_constant is not None:
+        known["spring constant"] = positive(given.spring_constant, "N/m", "spring_constant")
     return known
 
 
@@ -105,18 +101,13 @@ def _needed(path: Path, kind: str, answer: dict[str, Any], stated: dict[str, flo
     if lacking:
         units = {"sensitivity": "'50 nm/nA'" if kind == "nt-mdt" else "'50 nm/V'", "spring_constant": "'0.2 N/m'"}
         options = ", ".join(f"{name}={units[name]}" for name in lacking)
-        raise UnreadableScan(
-            path, f"expected forces, found deflections without {' and '.join(lacking)}; give {options}"
-        )
+        raise UnreadableScan(path, "forces", f"deflections without {' and '.join(lacking)}", f"give {options}")
     return needed
 
 
 def _ask_reader(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
     if kind in exported_curves.READERS:
-        try:
-            return exported_curves.read(path, kind, known, **which)
-        except (ValueError, KeyError) as error:
-            raise UnreadableScan(path, str(error)) from error
+        return guarded(path, exported_curves.read, path, kind, known, **which)
     texts = {name: words for name, words in TEXTS.items() if name not in exported_curves.READERS}
     return read_in_process(
         path, curve_reader, "afmformats", extra="curves", kind=kind, known=known, texts=texts, **which
@@ -164,7 +155,7 @@ def calibration(file: CurveFile) -> dict[str, float | str]:
     for name in ("spring constant", "sensitivity"):
         values = {curve.get(name) for curve in file.curves}
         if len(values) > 1:
-            raise UnreadableScan(file.path, f"expected one {name} in a file, found {len(values)}; split it")
+            raise UnreadableScan(file.path, f"one {name} in a file", len(values), "split it")
         value = values.pop()
         if value is not None:
             known[name.replace(" ", "_")] = value

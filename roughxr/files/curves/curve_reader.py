@@ -52,6 +52,10 @@ _ASYLUM_VALUES = {"spring constant": "SpringConstant", "sensitivity": "InvOLS"}
 _ASYLUM_VALUES |= {f"position {axis.lower()}": f"{axis}LVDT" for axis in "XY"}
 
 
+class Unusable(ValueError):
+    """A file that cannot be read: expected, found, advice."""
+
+
 def read(
     path: str, kind: str, known: dict[str, float], texts: dict[str, bytes], first: int = 0, last: int | None = None
 ) -> dict[str, Any]:
@@ -72,9 +76,11 @@ def read(
     except errors.AFMFileFormatError as error:  # not a subclass of Exception
         raise ValueError(str(error)) from None
     except (zipfile.BadZipFile, zlib.error) as error:
-        raise ValueError(
-            f"expected an intact archive, found: {error}; copy the whole file again from where it was recorded"
-        ) from None
+        return {
+            "refused": ("an intact archive", f"a damaged one: {error}", "copy the whole file again from its source")
+        }
+    except Unusable as unusable:
+        return {"refused": unusable.args}
 
 
 @lru_cache(maxsize=1)
@@ -97,7 +103,7 @@ def _read_with_afmformats(path: Path, kind: str, known: dict[str, float]) -> tup
     recipe = next(recipe for recipe in formats_available if recipe.loader.__module__ == module)
     if recipe.recipe.get("detect", lambda _: True)(path):
         return f"{recipe.maker} ({recipe.descr})", recipe.loader(path, meta_override=known)
-    raise ValueError("expected force-distance curves, found none that afmformats can read")
+    raise Unusable("force-distance curves", "none that afmformats can read")
 
 
 def _read_texts(archive: zipfile.ZipFile, known: dict[str, float], texts: dict[str, bytes]) -> tuple[str, list]:
@@ -115,9 +121,7 @@ def _read_texts(archive: zipfile.ZipFile, known: dict[str, float], texts: dict[s
                     name, own = _read_with_afmformats(file, kind, known)
                     curves += [{**curve, "kind": kind} for curve in own]
     if not curves:
-        raise ValueError(
-            "expected force-distance curves, found an archive with none that afmformats reads; unpack tables"
-        )
+        raise Unusable("force-distance curves", "an archive with none that afmformats reads", "unpack tables")
     return f"{name} in an archive", curves
 
 
@@ -207,7 +211,7 @@ class _Jpk:
                 with self.archive.open(members[position][name]) as file:
                     values, unit, _ = jpk_data.load_dat_unit(file, name, stated, jpk_data.JPK_SLOTS[column])
                 if unit != jpk_data.JPK_UNITS[column]:
-                    raise ValueError(f"expected {column} in {jpk_data.JPK_UNITS[column]}, found {unit}")
+                    raise Unusable(f"{column} in {jpk_data.JPK_UNITS[column]}", unit)
                 parts[column].append(values)
             samples = parts["force"][-1].size if parts["force"] else 0
             parts["segment"].append(np.full(samples, number))
@@ -258,7 +262,7 @@ def _asylum_columns(path: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     for name in _ASYLUM_PAIR:
         member = file.with_stem(file.stem.removesuffix(own) + name)
         if not member.is_file():
-            raise ValueError(f"expected waves of deflection and sensor in one folder, found no {member.name}")
+            raise Unusable("waves of deflection and sensor in one folder", f"no {member.name}")
         values[name] = binarywave.load(member)["wave"]["wData"].astype(float)
     return values, notes
 
@@ -284,9 +288,9 @@ def samples(curve: dict[str, Any], kind: str) -> dict[str, np.ndarray]:
     names = list(data.keys())
     travel = next((name for name in _TRAVELS.get(kind, _TRAVEL) if name in names), None)
     if travel is None or "force" not in names:
-        raise ValueError(f"expected a force and a height of the piezo, found columns {', '.join(sorted(names))}")
+        raise Unusable("a force and a height of the piezo", f"columns {', '.join(sorted(names))}")
     piezo, force = (np.asarray(values, dtype=float) for values in (-np.asarray(data[travel]), data["force"]))
     if piezo.shape != force.shape:
-        raise ValueError(f"expected as many heights as forces, found {piezo.size} and {force.size}")
+        raise Unusable("as many heights as forces", f"{piezo.size} and {force.size}")
     both = {"piezo": piezo, "force": force}
     return both | {name: np.asarray(data[name]) for name in ("segment", "paused") if name in names}

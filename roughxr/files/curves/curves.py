@@ -10,12 +10,12 @@ import numpy as np
 import xarray as xr
 
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.units import Quantity
+from ...mechanics.vocabulary.units import Quantity, converts
 from ..images import recognition as files
-from ..images.channel import UnreadableScan
+from ..images.channel import UnreadableScan, naming_file, refuse_stated
 from .curve_files import curve_kind, open_curve_file, read_curves
 from .force_tables import lengths, read_table
-from .forces import Calibration, converts, forces
+from .forces import Calibration, forces
 from .segments import approach_and_retraction
 
 
@@ -68,12 +68,13 @@ def open_curves(
     family, _ = files.reader_of(path)
     calibration = Calibration(units, sensitivity, spring_constant)
     kind = files.guarded(path, curve_kind, path, family, calibration)
-    if kind is None:
-        ds = read_curve_table(path, piezo_units, calibration)
-    elif piezo_units is not None:
-        raise UnreadableScan(path, f"piezo_units: the file states them, found {piezo_units!r}; leave piezo_units= out")
-    else:
-        ds = read_curves(open_curve_file(path, kind, calibration))
+    with naming_file(path):
+        if kind is None:
+            ds = read_curve_table(path, piezo_units, calibration)
+        elif piezo_units is not None:
+            refuse_stated(path, "piezo_units", piezo_units)
+        else:
+            ds = read_curves(open_curve_file(path, kind, calibration))
     ds.attrs.update(source_file=path.name, source_sha256=files.file_hash(path))
     options: dict[str, Any] = {"units": units, "piezo_units": piezo_units}
     options |= {"sensitivity": sensitivity, "spring_constant": spring_constant}
@@ -86,16 +87,13 @@ def read_curve_table(path: Path, piezo_units: str | None, calibration: Calibrati
     signal = [name for name in ("force", "deflection") if name in columns]
     if "piezo" not in columns or len(signal) != 1:
         names = ", ".join(map(repr, columns)) or "none"
-        raise UnreadableScan(path, f"expected columns 'piezo' and either 'force' or 'deflection', found {names}")
+        raise UnreadableScan(path, "columns 'piezo' and either 'force' or 'deflection'", names)
     column = columns[signal[0]]
     stated = column.units or calibration.units
     if signal[0] == "deflection" and converts(stated, "nN"):
-        raise UnreadableScan(path, f"expected units of a length or V for 'deflection', found {stated!r}")
-    try:
-        force, how = forces(column.values, column.units, calibration)
-    except ValueError as error:
-        raise UnreadableScan(path, str(error)) from error
-    piezo = lengths(path, columns["piezo"], piezo_units)
+        raise UnreadableScan(path, "units of a length or V for 'deflection'", repr(stated))
+    force, how = forces(column.values, column.units, calibration)
+    piezo = lengths(path, columns["piezo"], "piezo_units", piezo_units)
     _, retraction = approach_and_retraction(piezo)
     retraction = np.arange(piezo.size) if retraction is None else retraction
     return xr.Dataset({"piezo": ("sample", piezo[retraction]), "force": ("sample", force[retraction])}, attrs=how)

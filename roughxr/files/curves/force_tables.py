@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from ...mechanics.vocabulary.units import factor
-from ..images.channel import UnreadableScan, first_bytes
+from ...mechanics.vocabulary.units import converts
+from ..images.channel import UnreadableScan, first_bytes, length_factor, only_one, refuse_stated
 from ..images.plain import decoded, separators
-from .forces import converts, measurable
+from .forces import measurable
 
 #: Names with units: "force [nN]", "force (nN)", "force / nN", "force_nN".
 _HEADED = re.compile(r"^(.*?)(?:\s*\[([^\]]*)\]|\s*\(([^)]*)\)|\s*/\s*([^/\s]+)|_(nm|[uµμm]?m|[pnuµμm]?N))$")
@@ -90,9 +90,8 @@ def read_table(path: Path, pull_offs: bool = False) -> list[Column]:
     gaps = np.flatnonzero(np.diff(lines) > 1)
     if pull_offs and 0 < gaps.size < len(lines) - 1:  # a mean, or another table
         line = lines[gaps[0] + 1]
-        raise UnreadableScan(
-            path, f"line {line}: expected one table, found an empty line above; leave out what follows"
-        )
+        where = (f"line {line}",)
+        raise UnreadableScan(path, "one table", "an empty line above", "leave out what follows", where=where)
     _same_width(path, cells, len(names))
     columns = [_column(path, name, [(k, row[at]) for k, row in cells], comma) for at, name in enumerate(names)]
     return [column for column in columns if column is not None]
@@ -113,18 +112,16 @@ def _read_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
     cells = ("xl/worksheets/", "xl/sharedStrings")
     size = max((member.file_size for member in members if member.filename.startswith(cells)), default=0)
     if size > _LARGEST_SHEET:
-        raise UnreadableScan(
-            path,
-            f"expected a sheet of at most {_LARGEST_SHEET / 2**20:.3g} MiB unpacked, found {size / 2**20:.3g} MiB; "
-            "save the columns that are needed as CSV, which is read faster",
-        )
+        largest, unpacked = (f"{bytes_ / 2**20:.3g} MiB" for bytes_ in (_LARGEST_SHEET, size))
+        advice = "save the columns that are needed as CSV, which is read faster"
+        raise UnreadableScan(path, f"a sheet of at most {largest} unpacked", unpacked, advice)
     try:
         frame = pd.read_excel(path, header=None, dtype=str, na_filter=False)
     except ImportError as error:
         raise ImportError(f"{path.name}: a workbook needs openpyxl; install it, or save the sheet as CSV") from error
     rows = [(k + 1, [str(cell).strip() for cell in row]) for k, row in enumerate(frame.to_numpy()) if any(row)]
     if len(rows) < 2:
-        raise UnreadableScan(path, "expected a row of names and rows of numbers on the first sheet")
+        raise UnreadableScan(path, "a row of names and rows of numbers on the first sheet", f"{len(rows)} rows")
     return rows[0][1], rows[1:], False, [k for k, _ in rows[1:]]
 
 
@@ -133,11 +130,11 @@ def _read_text(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
     lines = [(k + 1, line) for k, line in enumerate(decoded(path.read_bytes()).splitlines()) if line.strip()]
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
     if not rows:
-        raise UnreadableScan(path, "expected a table of numbers, found comments only")
+        raise UnreadableScan(path, "a table of numbers", "comments only")
     heading = [_number(cell, True) for cell in _split(rows[0][1], separators(rows[0][1])[0]) if cell not in _EMPTY]
     first = 0 if any(number is not None for number in heading) else 1
     if len(rows) == first:
-        raise UnreadableScan(path, "expected rows of numbers, found a line of names only")
+        raise UnreadableScan(path, "rows of numbers", "a line of names only")
     delimiter = _delimiter(rows[0][1], [line for _, line in rows[first:]])
     cells = [(k, _split(line, delimiter)) for k, line in rows[first:]]
     comma = any(_DECIMAL_COMMA.fullmatch(cell) for _, row in cells for cell in row)
@@ -167,11 +164,9 @@ def _column_names(path: Path, comments: list[str], delimiter: str | None, row: l
     if numeric.count(True) == 1:
         return [path.stem if number else "" for number in numeric]
     if width > 1:
-        raise UnreadableScan(
-            path,
-            f"expected a line of names above {width} columns, such as 'x [um], y [um], force [nN]', found numbers; "
-            "for an image give size=; for a force curve of NT-MDT give sensitivity= in nm/nA and spring_constant=",
-        )
+        expected = f"a line of names above {width} columns, such as 'x [um], y [um], force [nN]'"
+        advice = "for an image give size=; for a force curve of NT-MDT give sensitivity= in nm/nA and spring_constant="
+        raise UnreadableScan(path, expected, "numbers", advice)
     return [path.stem]
 
 
@@ -196,7 +191,7 @@ def _same_width(path: Path, cells: list[tuple[int, list[str]]], width: int) -> N
         if len(row) == width + 1 and not row[-1]:
             del row[-1]  # a separator at the end of the line
         if len(row) != width:
-            raise UnreadableScan(path, f"line {line}: expected {width} columns as named, found {len(row)}; cut short?")
+            raise UnreadableScan(path, f"{width} columns as named", f"{len(row)}: cut short?", where=(f"line {line}",))
 
 
 def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) -> Column | None:
@@ -207,9 +202,9 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
         return None
     if texts:
         line, cell = texts[0]
-        raise UnreadableScan(path, f"line {line}: expected a number in column {name!r}, found {cell!r}")
+        raise UnreadableScan(path, f"a number in column {name!r}", repr(cell), where=(f"line {line}",))
     if len(name) > _LONGEST_NAME:
-        raise UnreadableScan(path, f"expected names of at most {_LONGEST_NAME} characters, found {len(name)} in one")
+        raise UnreadableScan(path, f"names of at most {_LONGEST_NAME} characters", f"{len(name)} in one")
     headed = _HEADED.match(name)
     units = next(filter(None, headed.groups()[1:]), None) if headed else None
     power = _POWER.fullmatch(units.translate(_SUPERSCRIPTS)) if units else None
@@ -221,12 +216,9 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
 def force_column(path: Path, columns: list[Column], name: str | int | None) -> Column:
     """Return the column of forces: the named one, by default the only candidate."""
     fitting = _likely_forces(columns) if name is None else _named(columns, str(name))
-    if len(fitting) != 1:
-        wanted = f"a column {name!r}" if name is not None else "one column of pull-off forces"
-        listed = ", ".join(f"{column.name!r} [{column.units or '?'}]" for column in columns) or "no column of numbers"
-        number = len(fitting) or "none"
-        raise UnreadableScan(path, f"expected {wanted}, found {number} among {listed}; give its name, channel=")
-    return fitting[0]
+    wanted = f"a column {name!r}" if name is not None else "one column of pull-off forces"
+    listed = ", ".join(f"{column.name!r} [{column.units or '?'}]" for column in columns) or "no column of numbers"
+    return only_one(path, fitting, wanted, listed, "give its name, channel=")
 
 
 def refuse_distribution(path: Path, columns: list[Column], force: Column) -> None:
@@ -235,11 +227,8 @@ def refuse_distribution(path: Path, columns: list[Column], force: Column) -> Non
     for what, pattern in (("a summary", _SUMMARY), ("a distribution", _DISTRIBUTION)):
         names = [column.name for column in others if pattern.search(column.name.strip())]
         if names:
-            raise UnreadableScan(
-                path,
-                f"expected one row for each pull-off, found {what} with column {names[0]!r}; give the pull-offs "
-                "themselves, or drop the column",
-            )
+            advice = "give the pull-offs themselves, or drop the column"
+            raise UnreadableScan(path, "one row for each pull-off", f"{what} with column {names[0]!r}", advice)
 
 
 def _is_row_number(column: Column) -> bool:
@@ -292,25 +281,18 @@ def place_columns(path: Path, columns: list[Column], force: Column) -> dict[str,
     places = {_axis(column): column for column in others if _axis(column)}
     like = [column.name for column in others if _axis(column) or _PLACE_LIKE.search(column.name)]
     if len(places) != 2 and like:
-        raise UnreadableScan(
-            path,
-            f"expected columns x and y of places, or none, found {', '.join(map(repr, like))}; rename or drop them",
-        )
+        names = ", ".join(map(repr, like))
+        raise UnreadableScan(path, "columns x and y of places, or none", names, "rename or drop them")
     return places
 
 
-def lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:
-    """Return a column of lengths in nm; units by the file, else by the caller."""
-    if column.units and place_units and place_units != column.units:
-        raise UnreadableScan(
-            path, f"place_units: the file states {column.units!r}, found {place_units!r}; leave it out"
-        )
-    units = column.units or place_units
-    if units is None or not converts(units, "nm"):
-        stated = repr(units) if units else "none"
-        raise UnreadableScan(
-            path, f"expected units of a length for {column.name!r}, found {stated}; state place_units=, such as 'um'"
-        )
+def lengths(path: Path, column: Column, option: str, given: str | None) -> np.ndarray:
+    """Return a column of lengths in nm; units by the file, else by the caller's option."""
+    if column.units and given and given != column.units:
+        refuse_stated(path, option, given, repr(column.units))
+    units = column.units or given
+    advice = f"state {option}=, such as 'um'"
+    nanometres = length_factor(path, units, f"units of a length for {column.name!r}", advice)
     if not np.isfinite(column.values).all():
-        raise UnreadableScan(path, f"expected a place in every row, found empty cells in column {column.name!r}")
-    return measurable(column.values * factor(units, "nm"), "nm", str(units))
+        raise UnreadableScan(path, "a place in every row", f"empty cells in column {column.name!r}")
+    return measurable(column.values * nanometres, "nm", str(units))

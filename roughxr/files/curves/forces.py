@@ -10,7 +10,7 @@ import numpy as np
 
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.schema import one_of, refuse_unused
-from ...mechanics.vocabulary.units import factor, positive
+from ...mechanics.vocabulary.units import converts, factor, positive
 
 PULLS = ("positive", "negative")
 
@@ -25,14 +25,6 @@ class Calibration(NamedTuple):
     sensitivity: Any = None
     spring_constant: Any = None
     pulls: str | None = None
-
-
-def converts(units: str | None, target: str) -> bool:
-    """Return whether one unit can be converted to another."""
-    try:
-        return bool(units) and factor(str(units), target) > 0
-    except ValueError:
-        return False
 
 
 def measurable(values: np.ndarray, target: str, units: str) -> np.ndarray:
@@ -84,7 +76,7 @@ def _per_volt(sensitivity: Any, units: str) -> tuple[float, str]:
     has_units(sensitivity)
     try:
         return positive(sensitivity, "nN/V", "sensitivity"), "nN/V"
-    except ValueError:
+    except Refusal:
         return positive(sensitivity, "nm/V", "sensitivity"), "nm/V"
 
 

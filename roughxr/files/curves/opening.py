@@ -16,9 +16,18 @@ from ...mechanics.statistics.sampling import AT_LEAST, AT_MOST, CONDITION, DETEC
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import warn
-from ...mechanics.vocabulary.units import Quantities, Quantity, factor
+from ...mechanics.vocabulary.units import Quantities, Quantity, converts, factor
 from ..images import recognition as files
-from ..images.channel import Channel, UnreadableScan, channels_in_direction, channels_named, first_bytes, listing
+from ..images.channel import (
+    Channel,
+    UnreadableScan,
+    channels_in_direction,
+    channels_named,
+    first_bytes,
+    listing,
+    naming_file,
+    only_one,
+)
 from ..images.force_curve_formats import without_second_waves
 from ..images.plain import decoded, gwyddion_header
 from .curve_files import calibration, curve_kind, open_curve_file, read_curves
@@ -33,7 +42,7 @@ from .force_tables import (
     refuse_distribution,
     swept_column,
 )
-from .forces import Calibration, converts, forces, magnitudes
+from .forces import Calibration, forces, magnitudes
 from .vendor_scales import with_vendor_scale
 
 #: Number of curves in memory at a time.
@@ -112,7 +121,10 @@ def open_pull_off(
     image = _Selection(channel, scan_direction, size)
     given = [path] if isinstance(path, (str, os.PathLike)) else path
     paths = without_second_waves([files.regular_file(file) for file in given])
-    datasets = [_read_file(file, image, place_units, calibration, baseline) for file in paths]
+    datasets = []
+    for file in paths:
+        with naming_file(file):
+            datasets.append(_read_file(file, image, place_units, calibration, baseline))
     ds = _concatenated(paths, datasets)
     options = {**image._asdict(), **calibration._asdict(), "place_units": place_units, "baseline": baseline}
     return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **options)
@@ -157,9 +169,7 @@ def _read_file(
     family, read = files.reader_of(path)
     kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, calibration)
     if family == "netcdf" and kind is None:
-        raise UnreadableScan(
-            path, "expected a table or an AFM file, found NetCDF; write its pull-off forces as a table, .csv"
-        )
+        raise UnreadableScan(path, "a table or an AFM file", "NetCDF", "write its pull-off forces as a table, .csv")
     if kind is not None:
         schema.refuse_unused("force-distance curves", **{**image._asdict(), "place_units": place_units})
         ds = _read_curve_file(path, kind, calibration, baseline)
@@ -169,9 +179,8 @@ def _read_file(
         schema.refuse_unused("an adhesion image", place_units=place_units, baseline=baseline)
         code, channels = files.images(path, family, read)
         with files.recognized(path, code):
-            chosen = with_vendor_scale(
-                path, channels, _adhesion(channels, image.channel, image.scan_direction, path), family
-            )
+            fitting = _adhesion(channels, image.channel, image.scan_direction, path)
+            chosen = with_vendor_scale(path, channels, fitting, family)
             ds = _read_image(path, chosen, image.size, calibration).assign_attrs(channels=listing(channels))
     return _with_source(path, ds)
 
@@ -179,7 +188,9 @@ def _read_file(
 def _with_source(path: Path, ds: xr.Dataset) -> xr.Dataset:
     """Add the file's name and checksum; raise if every value is missing, and no limit is known."""
     if np.isnan(sample_bounds(ds, "pull_off_force")).all():
-        raise UnreadableScan(path, f"expected pull-off forces, found missing values only{_unusable_reasons(ds)}")
+        reasons = np.unique(ds["reason"].values, return_counts=True) if "reason" in ds else ((), ())
+        counts = ", ".join(f"{reason} ({count})" for reason, count in zip(*reasons))
+        raise UnreadableScan(path, "pull-off forces", "missing values only" + f": {counts}" * bool(counts))
     source = {"source_file": path.name, "source_sha256": files.file_hash(path)}
     missing = "NaN where nothing was measured" + ", or a limit, pull_off_at_most" * (AT_MOST in ds)
     return ds.assign_attrs(missing=missing, **source)
@@ -202,14 +213,6 @@ def _read_curve_file(path: Path, kind: str, given: Calibration, baseline: Any) -
 def _default_share(baseline: Any) -> Any:
     """Return the stated baseline, by default the whole travel, which may contain it."""
     return 1.0 if baseline is None else baseline
-
-
-def _unusable_reasons(ds: xr.Dataset) -> str:
-    """Return the reasons why no curve could be used, with their numbers."""
-    if "reason" not in ds:
-        return ""
-    reasons, counts = np.unique(ds["reason"].values, return_counts=True)
-    return ": " + ", ".join(f"{reason} ({count})" for reason, count in zip(reasons, counts))
 
 
 def _is_matrix(path: Path) -> bool:
@@ -243,7 +246,7 @@ def _read_force_table(
         warn(f"{path.name}: the places {named} are left out: the file states no units; give them, place_units='um'")
         places = {}
     for axis, place in places.items():
-        ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, place, place_units))
+        ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, place, "place_units", place_units))
     refuse_distribution(path, columns, column)
     swept = swept_column(columns, column)
     if swept is not None:
@@ -255,12 +258,9 @@ def _read_force_table(
 
 def _pull_off_magnitudes(path: Path, values: np.ndarray, units: str | None, calibration: Calibration):
     if np.isinf(values).any():
-        raise UnreadableScan(path, "expected finite values, found infinite ones: damaged")
-    try:
-        recorded, how = forces(values, units, calibration)
-        turned, pulls = magnitudes(recorded, calibration.pulls)
-    except ValueError as error:
-        raise UnreadableScan(path, str(error)) from error
+        raise UnreadableScan(path, "finite values", "infinite ones: damaged")
+    recorded, how = forces(values, units, calibration)
+    turned, pulls = magnitudes(recorded, calibration.pulls)
     return turned, {**how, "pulls": pulls}
 
 
@@ -274,15 +274,9 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
         fitting = fitting or [candidate for candidate in channels if len(channels) == 1 and candidate.units is None]
     else:
         fitting = channels_named(channels, channel)
-    fitting = channels_in_direction(fitting, direction)
-    if len(fitting) != 1:
-        wanted = "an image of adhesion" if channel is None else f"channel {channel!r}"
-        number = len(fitting) or "none"
-        raise UnreadableScan(
-            path,
-            f"expected {wanted}, found {number} among {listing(channels)}; give its name or number, channel=",
-        )
-    return fitting[0]
+    wanted = "an image of adhesion" if channel is None else f"channel {channel!r}"
+    advice = "give its name or number, channel="
+    return only_one(path, channels_in_direction(fitting, direction), wanted, listing(channels), advice)
 
 
 def _read_image(path: Path, channel: Channel, size: Any, calibration: Calibration) -> xr.Dataset:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ...mechanics.vocabulary.units import converts
 from ..images.channel import Channel, UnreadableScan
 from .exported_curves import SCALED, SENSITIVITY, nanoscope_blocks
-from .forces import converts
 
 #: Size of the units of a hard scale, in V; of arbitrary units in themselves.
 _HARD_UNITS = {"V": 1.0, "mV": 1e-3, "Arb": 1.0}
@@ -22,12 +22,9 @@ def with_vendor_scale(path: Path, channels: list[Channel], chosen: Channel, fami
     if stored:  # in the units, or scaled by the reader
         return chosen
     if chosen.header.get("format") != "di":
-        raise UnreadableScan(
-            path,
-            f"expected an image with a known scale, found {chosen.name!r} in {chosen.header.get('format')!r}, a "
-            "format of which only heights are read in true units; save the image as .gwy, .gsf or text with the "
-            "vendor's program or Gwyddion, and open that file",
-        )
+        fault = f"{chosen.name!r} in a format of which only heights are read in true units"
+        advice = "save it as .gwy, .gsf or text with the vendor's program or Gwyddion, and open that file"
+        raise UnreadableScan(path, "an image with a known scale", fault, advice)
     units, scale = nanoscope_scale(path, channels.index(chosen), chosen.name)
     return chosen._replace(units=units, read=lambda: chosen.read() * scale)
 
@@ -39,7 +36,7 @@ def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
     image = images[index] if index < len(images) else {}
     scale = SCALED.match(image.get("z scale", ""))
     if f"S [{name}]" not in image.get("image data", "") or scale is None or scale["units"] not in _HARD_UNITS:
-        raise UnreadableScan(path, f"expected the scale of image {name!r} in V, found none that can be read")
+        raise UnreadableScan(path, f"the scale of image {name!r} in V", "none that can be read")
     count = float(scale["value"]) * _HARD_UNITS[scale["units"]] / 256 ** int(image.get("bytes/pixel", 2))
     header = {key: value for block in blocks for key, value in block.values.items()}
     sensitivity = SENSITIVITY.match(header.get(str(scale["quantity"]).lower(), ""))
@@ -48,9 +45,7 @@ def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
     if sensitivity and units and per and is_arbitrary == (per == "Arb"):
         return units.replace("~", "µ"), count * float(sensitivity["value"]) / _HARD_UNITS.get(per, 1.0)
     if is_arbitrary:
-        raise UnreadableScan(
-            path,
-            f"expected a calibrated image {name!r}, found arbitrary units without their scale {scale['quantity']!r}: "
-            "calibrate deflection and spring constant in the vendor's program, and save the image in nN",
-        )
+        fault = f"arbitrary units without their scale {scale['quantity']!r}"
+        advice = "calibrate deflection and spring constant in the vendor's program, and save the image in nN"
+        raise UnreadableScan(path, f"a calibrated image {name!r}", fault, advice)
     return "V", count

@@ -6,18 +6,19 @@ import importlib
 import importlib.util
 import re
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn, TypeVar
 
 import numpy as np
 
 from ...mechanics.scans.plausibility import missing_mark
-from ...mechanics.vocabulary.refusal import Refusal
+from ...mechanics.vocabulary.refusal import Refusal, shown
 from ...mechanics.vocabulary.schema import SMALLEST_LENGTH
 from ...mechanics.vocabulary.text import printable
-from ...mechanics.vocabulary.units import factor
+from ...mechanics.vocabulary.units import converts, factor
 from . import reader_process
 
 #: Names of images in lengths that are not heights of the surface: of the lever, or derived from a force curve.
@@ -27,12 +28,17 @@ _NO_HEIGHT = re.compile(
     re.IGNORECASE,
 )
 
+#: What a file has several of: images, variables, columns.
+_Item = TypeVar("_Item")
+
 #: Names of images of heights.
 _HEIGHT = re.compile(r"height|topo|z[ _-]*(sensor|axis|range|scan|piezo)|^z$|\bz\b", re.IGNORECASE)
 
 
 class UnreadableScan(Refusal):
-    """A file that is not a scan, or is damaged: the message names the file, the reason and the remedy.
+    """A file that is not a scan, or is damaged, in the fields of `Refusal`.
+
+    ``what`` and ``path`` are the file, ``where`` are its format and the line, column, member or option concerned.
 
     Examples
     --------
@@ -43,24 +49,24 @@ class UnreadableScan(Refusal):
     ...     _ = path.write_bytes(b"not a scan")
     ...     try:
     ...         roughxr.open_scan(path)
-    ...     except roughxr.scans.UnreadableScan:
-    ...         print("refused")
-    refused
+    ...     except roughxr.scans.UnreadableScan as refusal:
+    ...         print(refusal.expected)
+    an AFM image
     """
 
-    def __init__(self, path: Any, reason: str):
-        super().__init__(path, "")
-        self.args = (path, reason)
+    def __init__(self, path: Any, *fields: object, where: tuple[str, ...] = ()):
+        super().__init__(path, *fields)  # type: ignore[arg-type]
         self.path = path
-        self.reason = printable(reason)
+        self.where = where
 
     def __str__(self) -> str:
         return printable(super().__str__())
 
-    def recognized(self, name: str) -> UnreadableScan:
-        """Return the same error, with the name of the format that was recognized."""
-        named = not name or name.partition(" (")[0] in self.reason
-        return self if named else UnreadableScan(self.path, f"{name}: {self.reason}")
+    @classmethod
+    def of(cls, path: Any, refusal: Refusal) -> UnreadableScan:
+        """Return the refusal of what was read from a file as one of the file."""
+        where = (str(refusal.what), *refusal.where) if str(refusal.what) else refusal.where
+        return cls(path, refusal.expected, refusal.found, refusal.advice, where=where)
 
 
 class Channel(NamedTuple):
@@ -94,12 +100,7 @@ class Channel(NamedTuple):
 
 def is_length(units: str | None) -> bool:
     """Return whether ``units`` convert to nm."""
-    if not units or not str(units).isalpha():
-        return False  # "~m" or "10 nm" would convert, but to something else
-    try:
-        return factor(str(units), "nm") > 0
-    except ValueError:
-        return False
+    return bool(units) and str(units).isalpha() and converts(str(units), "nm")  # not "10 nm", which is no unit
 
 
 def stated_direction(name: str) -> str:
@@ -134,7 +135,7 @@ def read_in_process(
     try:
         return reader_process.answer(path, str(reader.__file__), **options)
     except reader_process.ReadingFailed as failure:
-        raise UnreadableScan(path, str(failure)) from None
+        raise UnreadableScan(path, *failure.args) from None
 
 
 def file_name(path: Path) -> str:
@@ -160,6 +161,45 @@ def is_igor(head: bytes) -> bool:
     return int(np.frombuffer(head[:384], order).sum(dtype=np.int64)) & 0xFFFF == 0
 
 
+def refuse_other_size(path: Path, stated: int, size: int | None = None, *, may_be_longer: bool = False) -> None:
+    """Raise unless a file, or its data, have as many bytes as the file states; more bytes would shift the heights."""
+    size = path.stat().st_size if size is None else size
+    if size < stated:
+        fault = "cut short"
+    elif size > stated and not may_be_longer:
+        fault = "damaged"
+    else:
+        return
+    raise UnreadableScan(path, f"{stated:,} bytes, as its header states", f"{size:,}: {fault}", COPY_AGAIN)
+
+
+def only_one(path: Path, fitting: Sequence[_Item], wanted: str, listed: str, advice: str) -> _Item:
+    """Return the only image, variable or column that fits; raise with a list of all if there are none or several."""
+    if len(fitting) != 1:
+        raise UnreadableScan(path, wanted, f"{len(fitting) or 'none'} among {listed}", advice)
+    return fitting[0]
+
+
+def refuse_stated(path: Path, option: str, given: object, stated: str = "", *, otherwise: str = "") -> NoReturn:
+    """Raise for an option whose value the file states."""
+    expected = f"{stated}, as the file states" if stated else "none: the file states it"
+    raise UnreadableScan(path, expected, shown(given), f"leave {option}= out{otherwise}", where=(option,))
+
+
+@contextmanager
+def naming_file(path: Path) -> Iterator[None]:
+    """Name a file in what is refused of its content."""
+    try:
+        yield
+    except UnreadableScan:
+        raise
+    except Refusal as refusal:
+        raise UnreadableScan.of(path, refusal) from refusal
+
+
+#: Advice for a file of which a part is missing.
+COPY_AGAIN = "copy the whole file again from where it was recorded"
+
 #: Advice for a file without units.
 _STATE_UNITS = "if these are heights, state their units, height_units="
 
@@ -169,34 +209,27 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
     if direction not in (None, "trace", "retrace"):
         raise Refusal("scan_direction", "'trace' or 'retrace'", f"{direction!r}")
     fitting = channels_in_direction(channels_named(channels, channel), direction)
-    if not fitting or (isinstance(channel, str) and len(fitting) > 1):
-        number = "several" if fitting else "none"
-        advice = "choose one by name or number, channel=" if any(c.units for c in channels) else _STATE_UNITS
-        wanted = "an image of heights" if channel is None else f"channel {channel!r}"
-        wanted += f" with scan_direction {direction!r}" if direction else ""
-        raise UnreadableScan(path, f"expected {wanted}, found {number} among {listing(channels)}; {advice}")
-    first = fitting[0]
+    advice = "choose one by name or number, channel=" if any(image.units for image in channels) else _STATE_UNITS
+    wanted = "an image of heights" if channel is None else f"channel {channel!r}"
+    wanted += f" with scan_direction {direction!r}" if direction else ""
+    first = only_one(path, fitting if isinstance(channel, str) else fitting[:1], wanted, listing(channels), advice)
     if not first.is_length:
+        fault = f"{first.name!r} in units of {first.units or 'nothing'}"
         advice = f"choose one, channel=, of {listing(channels)}" if first.units else _STATE_UNITS
-        raise UnreadableScan(
-            path,
-            f"expected a channel of heights, found {first.name!r} in units of {first.units or 'nothing'}; {advice}",
-        )
+        raise UnreadableScan(path, "a channel of heights", fault, advice)
     return first
 
 
-def ambiguity_warning(channels: list[Channel], chosen: Channel, direction: str | None) -> str:
-    """Return a warning that lists other images of heights; empty if there are none.
+def tied_images(channels: list[Channel], chosen: Channel, direction: str | None) -> list[Channel]:
+    """Return the images of heights between which a file leaves the choice; none if one is to be preferred.
 
     A sensor's image is preferred to the piezo voltage of the same movement, without a warning. Two images of one name
     are trace and retrace.
     """
     fitting = channels_in_direction(channels_named(channels, None), direction)
     tied = [image for image in fitting if _is_sensor(image) == _is_sensor(chosen)]
-    if len(tied) < 2 or (len(tied) == 2 and len({_stem(image.name) for image in tied}) == 1):
-        return ""
-    numbers = ", ".join(_first_of([f"{channels.index(image)}: {image.name!r}" for image in tied]))
-    return f"{len(tied)} images may be the heights ({numbers}); {chosen.name!r} is read; choose another one, channel="
+    is_tied = len(tied) > 2 or len({_stem(image.name) for image in tied}) == 2
+    return tied if is_tied else []
 
 
 def _is_sensor(channel: Channel) -> bool:
@@ -226,18 +259,18 @@ def _stem(name: str) -> str:
     return re.sub(r"[ _-]*\(?(retrace|trace|forward|backward|\bfwd\b|\bbwd\b)\)?[ _-]*", "", name.lower())
 
 
-def listing(channels: list[Channel]) -> str:
-    """Return the channels as one line: number, name, direction, units; of very many the first ones."""
-    lines = [f"{k}: {image.name!r} {image.direction} [{image.units or '?'}]" for k, image in enumerate(channels)]
-    return printable(", ".join(" ".join(word.split()) for word in _first_of(lines)))
-
-
-def _first_of(names: list[str]) -> list[str]:
-    """Return words, the first ones and the number of the others where they are very many, as of a movie's frames."""
+def listing(channels: list[Channel], listed: Sequence[Channel] | None = None) -> str:
+    """Return channels as one line: number, name, direction, units; of very many the first ones, as of a movie."""
+    numbers = range(len(channels)) if listed is None else map(channels.index, listed)
+    lines = []
+    for number in numbers:
+        image = channels[number]
+        line = f"{number}: {image.name!r} {image.direction} [{image.units or '?'}]"
+        lines.append(" ".join(line.split()))
     # most images in a list
     most_listed = 32
-    more = len(names) - most_listed
-    return names if more <= 0 else [*names[:most_listed], f"… and {more} more"]
+    more = len(lines) - most_listed
+    return printable(", ".join(lines if more <= 0 else [*lines[:most_listed], f"… and {more} more"]))
 
 
 def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
@@ -246,15 +279,23 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
     A range over a thousand widths, or a thousandth of a nanometre, is impossible; heights may all be equal.
     """
     low, high = (np.nanmin(height), np.nanmax(height)) if np.isfinite(height).any() else (0.0, 0.0)
-    if 0 < high - low < SMALLEST_LENGTH:
-        raise UnreadableScan(
-            path, f"expected heights over at least {SMALLEST_LENGTH:g} nm, found {high - low:.3g} nm: wrong units?"
-        )
-    marks = missing_mark(height, width) if high - low > width else []
-    if marks:
-        raise UnreadableScan(path, f"expected heights that suit a scan {width:g} nm wide, found {marks[0]}")
+    refuse_small(path, "heights over", high - low or np.inf)
+    faults = missing_mark(height, width) if high - low > width else []
     # largest range of heights, in scan sizes; beyond, the file is damaged
-    if np.isinf(height).any() or high - low > 1e3 * width:
-        raise UnreadableScan(
-            path, f"expected heights that suit a scan {width:g} nm wide, found {low:g} to {high:g} nm: damaged"
-        )
+    if not faults and (np.isinf(height).any() or high - low > 1e3 * width):
+        faults = [f"{low:g} to {high:g} nm: damaged"]
+    if faults:
+        raise UnreadableScan(path, f"heights that suit a scan {width:g} nm wide", faults[0])
+
+
+def refuse_small(path: Any, what: str, length: float) -> None:
+    """Raise for heights or pixels (nm) that are smaller than atoms."""
+    if length < SMALLEST_LENGTH:
+        raise UnreadableScan(path, f"{what} at least {SMALLEST_LENGTH:g} nm", f"{length:.3g} nm: wrong units?")
+
+
+def length_factor(path: Path, units: Any, what: str, advice: str = "", *, where: tuple[str, ...] = ()) -> float:
+    """Return nm per unit of what a file states; raise unless its units are those of a length."""
+    if not is_length(units):
+        raise UnreadableScan(path, what, repr(units) if units else "none", advice, where=where)
+    return factor(str(units), "nm")

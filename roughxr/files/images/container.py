@@ -84,7 +84,7 @@ def open_container(path: str | os.PathLike) -> list[xr.Dataset]:
     """
     path = regular_file(path)
     if not zipfile.is_zipfile(path):
-        raise UnreadableScan(path, "expected the zip file of a container of contact.engineering, found no zip file")
+        raise UnreadableScan(path, "the zip file of a container of contact.engineering", "no zip file")
     return guarded(path, _read_topographies, path)
 
 
@@ -97,7 +97,7 @@ def _read_topographies(path: Path) -> list[xr.Dataset]:
         for name, count in names.most_common(1):
             # number of topographies that may be channels of one file
             if count > 16:
-                raise UnreadableScan(path, f"expected each file once, found {name!r} {count:,} times: damaged")
+                raise UnreadableScan(path, "each file once", f"{name!r} {count:,} times: damaged")
         for number, surface in enumerate(surfaces):
             for entry in surface["topographies"]:
                 ds = _topography(archive, entry, path)
@@ -115,9 +115,9 @@ def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
     """Return a container's metadata as plain lists, mappings, text and numbers."""
     name = next((name for name in METADATA if name in archive.namelist()), None)
     if name is None:
-        raise UnreadableScan(path, "expected a container of contact.engineering, found a zip file without meta.yml")
+        raise UnreadableScan(path, "a container of contact.engineering", "a zip file without meta.yml")
     if archive.getinfo(name).file_size > _LARGEST_METADATA[name]:
-        raise UnreadableScan(path, f"{name}: expected at most {_LARGEST_METADATA[name] >> 10} KiB, found more")
+        raise UnreadableScan(path, f"at most {_LARGEST_METADATA[name] >> 10} KiB", "more", where=(name,))
     text = archive.read(name)
     return json.loads(text) if name == METADATA[0] else _plain_yaml(text)
 
@@ -154,8 +154,9 @@ def _topography(archive: zipfile.ZipFile, entry: dict[str, Any], path: Path) -> 
             shutil.copyfileobj(packed, member)
         try:
             return _heights(file, entry)
-        except Refusal as error:
-            raise UnreadableScan(path, f"{name}: {error.reason}") from error
+        except Refusal as refusal:
+            where = (name, *refusal.where)
+            raise UnreadableScan(path, *refusal.args[1:], where=where) from refusal
 
 
 def _heights(file: Path, entry: dict[str, Any]) -> xr.Dataset:

@@ -6,7 +6,7 @@ import struct
 import zipfile
 from pathlib import Path
 
-from .channel import UnreadableScan, first_bytes, is_igor
+from .channel import COPY_AGAIN, UnreadableScan, first_bytes, is_igor
 
 #: First bytes of NanoScope's force curves and force volumes; its images begin with "\*File list".
 NANOSCOPE = b"\\*Force file list"
@@ -62,27 +62,20 @@ def refuse_curves(path: Path) -> None:
     """Raise for a file of force curves or a container of scans, with advice on how to open it."""
     kind = curve_format(path)
     if set(METADATA) & set(_zip_names(path)):
-        raise UnreadableScan(
-            path,
-            "expected one image, found a container of several topographies; in Python, open it with "
-            "roughxr.scans.open_container",
-        )
+        advice = "in Python, open it with roughxr.scans.open_container"
+        raise UnreadableScan(path, "one image", "a container of several topographies", advice)
     if kind:
-        raise UnreadableScan(
-            path,
-            f"expected an image of heights, found force-distance curves ({kind}); read them with `roughxr measured`, "
-            "in Python with roughxr.open_pull_off or roughxr.measured.open_curves",
+        advice = (
+            "read them with `roughxr measured`, in Python with roughxr.open_pull_off or roughxr.measured.open_curves"
         )
+        raise UnreadableScan(path, "an image of heights", f"force-distance curves ({kind})", advice)
 
 
 def _refuse_cut_archive(path: Path) -> None:
     """Raise for a zip file whose list of members, at its end, is missing."""
     if not zipfile.is_zipfile(path):
-        raise UnreadableScan(
-            path,
-            "expected an archive with the list of its members at the end, found none in "
-            f"{path.stat().st_size:,} bytes: cut short; copy the whole file again from where it was recorded",
-        )
+        expected = "an archive with the list of its members at the end"
+        raise UnreadableScan(path, expected, f"none in {path.stat().st_size:,} bytes: cut short", COPY_AGAIN)
 
 
 def _zip_names(path: Path) -> list[str]:

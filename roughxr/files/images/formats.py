@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from .channel import first_bytes
+from .channel import UnreadableScan, first_bytes
 
 
 class Format(NamedTuple):
@@ -71,9 +71,11 @@ def name_of(code: str) -> str:
     return f"{row.name.partition(':')[0]} ({row.endings.split()[0]})" if row else code
 
 
-def not_read(path: Path) -> str:
-    """Return the name of a format that is not read, by a file's first bytes, empty if it is not known."""
+def refuse_not_read(path: Path) -> None:
+    """Raise for a file of a known format that is not read, by its first bytes."""
     head = first_bytes(path, 64)
-    if head[8:12] == b"ARDF":
-        return "Asylum force map (.ARDF)"
-    return next((name for start, name in _NOT_READ.items() if head.startswith(start)), "")
+    names = ["Asylum force map (.ARDF)"] if head[8:12] == b"ARDF" else []
+    names += [name for start, name in _NOT_READ.items() if head.startswith(start)]
+    if names:
+        advice = "save it as .gwy, .gsf or text in Gwyddion or in the program that wrote it"
+        raise UnreadableScan(path, "an AFM image", f"a file that is not read, {names[0]}", advice)

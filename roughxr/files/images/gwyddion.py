@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .channel import Channel, UnreadableScan, optional, stated_direction
+from .channel import Channel, UnreadableScan, optional, refuse_other_size, stated_direction
 
 GSF = b"Gwyddion Simple Field 1.0\n"
 GWY = b"GWYP"
@@ -45,10 +45,9 @@ def gwy_channels(path: Path) -> list[Channel]:
     """Return the images of a Gwyddion file, with masked pixels missing."""
     data = path.read_bytes()
     if data.startswith(OLD_GWY):
-        raise UnreadableScan(path, "expected a Gwyddion 2 file, found Gwyddion 1's GWYO; open and save it in Gwyddion")
+        raise UnreadableScan(path, "a file of Gwyddion 2", "one of Gwyddion 1, GWYO", "open and save it in Gwyddion")
     container, end = _object(data, len(GWY), len(data))
-    if end != len(data):
-        raise UnreadableScan(path, f"expected a file of {end} bytes, as it states, found {len(data)}: damaged")
+    refuse_other_size(path, end)
     numbers = sorted(int(key.split("/")[1]) for key in container if _is_field(key))
     return [_gwy_channel(container, number) for number in numbers]
 

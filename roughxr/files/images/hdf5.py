@@ -47,7 +47,7 @@ def hdf5_channels(path: Path) -> list[Channel]:
     with open_hdf5(path) as file:
         file.visititems(visit)
     if not images:
-        raise UnreadableScan(path, "expected a matrix of numbers, found none")
+        raise UnreadableScan(path, "a matrix of numbers", "none")
     return sorted(images, key=lambda image: image.name != _TOPOSTATS_IMAGE or image.size is None)
 
 

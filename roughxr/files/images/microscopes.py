@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from .channel import Channel, UnreadableScan, first_bytes
+from .channel import Channel, UnreadableScan, first_bytes, refuse_other_size
 
 #: First bytes of TIFF and Nanonis files.
 TIFF, SXM = (b"II*\0", b"MM\0*"), b":NANONIS_VERSION:"
@@ -98,8 +98,7 @@ def jpk_channels(path: Path) -> list[Channel]:
     """Return the images of a JPK file; values are physical by the scaling of a page's default slot."""
     pages = _pages(path)
     end = max(int(np.max(np.add(page[273], page[279]))) for page in pages)
-    if end > path.stat().st_size:
-        raise UnreadableScan(path, f"expected a file of at least {end} bytes, found {path.stat().st_size}: cut short")
+    refuse_other_size(path, end, may_be_longer=True)
     return [_jpk_channel(path, k, {**pages[0], **page}) for k, page in enumerate(pages) if _NAME in page]
 
 
@@ -137,11 +136,7 @@ def sxm_channels(path: Path) -> list[Channel]:
         _, name, units, direction = line.strip().split("\t" if "\t" in line.strip() else None)[:4]
         ways = [way for way, letter in _DIRECTIONS.items() if direction == "both" or direction.startswith(letter)]
         images += [(name, units, way) for way in ways]
-    wanted = f"{len(images)} images of {columns} x {rows} pixels"
-    if len(data) < 4 * columns * rows * len(images):
-        raise UnreadableScan(path, f"expected {wanted}, found {len(data)} bytes of data: cut short")
-    if len(data) > 4 * columns * rows * len(images):
-        raise UnreadableScan(path, f"expected {wanted}, found {len(data)} bytes of data, which are more: damaged")
+    refuse_other_size(path, 4 * columns * rows * len(images), len(data))
     values = np.frombuffer(data, ">f4", len(images) * rows * columns).reshape(len(images), rows, columns)
     first = -1 if header.get("SCAN_DIR") == "up" else 1
     turned = [image[::first, :: -1 if way == "retrace" else 1] for (_, _, way), image in zip(images, values)]
@@ -171,14 +166,13 @@ def asd_channels(path: Path) -> list[Channel]:
         )
     names = [_KINDS[kind] for kind in kinds if kind in _KINDS]
     frame = before + 2 * columns * rows
-    latest = path.stat().st_size - frame * count * len(names)
+    latest = path.stat().st_size - frame * count * len(names)  # the first byte of the frames, if none are missing
     start = start if start >= _VERSION_0.size else latest
-    if min(columns, rows, count) < 1 or before < 0 or latest < max(start, _VERSION_0.size):
-        raise UnreadableScan(path, f"expected {count} frames of {columns} x {rows} pixels, found fewer: cut short")
-    if latest > start:
-        raise UnreadableScan(path, f"expected {count} frames, found {latest - start} bytes more: damaged")
+    if min(columns, rows, count) < 1 or before < 0:
+        raise UnreadableScan(path, "frames with pixels", f"{count} of {columns} x {rows} pixels: damaged")
+    refuse_other_size(path, max(start, _VERSION_0.size) + frame * count * len(names))
     if code not in _VOLTS or not 0 < bits <= 32:
-        raise UnreadableScan(path, f"expected a known range of voltages, found code {code:#x} of {bits} bits")
+        raise UnreadableScan(path, "a known range of voltages", f"code {code:#x} of {bits} bits")
     low, high = _VOLTS[code]
     images: list[Channel] = []
     shape = (rows, columns)

@@ -6,7 +6,7 @@ the attribute ``length`` of x and y, and one ``unit`` for all.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,9 +17,8 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from ...mechanics.vocabulary.schema import spacing
-from ...mechanics.vocabulary.units import factor
 from ..doors import refuse_damage
-from .channel import UnreadableScan, first_bytes, is_length, refuse_absurd
+from .channel import UnreadableScan, first_bytes, is_length, length_factor, only_one, refuse_absurd
 
 CLASSIC = b"CDF"
 HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -53,9 +52,9 @@ def _heights(path: Path, stored: xr.Variable, mask: xr.Variable | None, ratio: f
         if mask is not None:
             heights[mask.values != 0] = np.nan
     except MemoryError as error:
-        raise UnreadableScan(path, f"expected heights that fit into memory, found more: {error}") from error
+        raise UnreadableScan(path, "heights that fit into memory", f"more: {error}") from error
     except (OSError, RuntimeError) as error:  # HDF5's words on a wrong checksum, without the file's name
-        raise UnreadableScan(path, f"damaged, its heights cannot be read: {error}") from error
+        raise UnreadableScan(path, "heights that can be read", f"damaged ones: {error}") from error
     refuse_absurd(heights, width, path)
     return heights
 
@@ -88,7 +87,7 @@ def unread(path: Path) -> xr.Dataset:
     try:
         return opened(group="scan")
     except OSError:
-        raise UnreadableScan(path, "expected a variable of heights or a group 'scan', found neither") from None
+        raise UnreadableScan(path, "a variable of heights or a group 'scan'", "neither") from None
 
 
 def variable_names(path: Path) -> list[str]:
@@ -116,15 +115,12 @@ def _variable_name(ds: xr.Dataset, channel: str | int | None, path: Path) -> str
         names = lengths[channel : channel + 1] if channel >= 0 else []
     else:
         names = [channel] if channel else [name for name in ("height", "heights") if name in maps] or lengths
-    if len(names) != 1 or names[0] not in maps:
-        wanted = f"a variable {channel!r}" if channel is not None else "one variable of heights with units of length"
-        listed = ", ".join(f"{name} [{_units(var) or '?'}]" for name, var in maps.items()) or "none"
-        raise UnreadableScan(path, f"expected {wanted} over two dimensions, found {listed}; name it with channel=")
-    if names[0] not in lengths:
-        raise UnreadableScan(
-            path, f"{names[0]}: expected a 'units' attribute of a length, found {_units(maps[names[0]])!r}"
-        )
-    return names[0]
+    wanted = f"a variable {channel!r}" if channel is not None else "one variable of heights with units of length"
+    listed = ", ".join(f"{name} [{_units(var) or '?'}]" for name, var in maps.items()) or "none"
+    fitting = [name for name in names if name in maps]
+    name = only_one(path, fitting, f"{wanted} over two dimensions", listed, "name it with channel=")
+    length_factor(path, _units(maps[name]), "'units' of a length", where=(name,))
+    return name
 
 
 def _is_surface_topography(ds: xr.Dataset, name: str) -> bool:
@@ -135,17 +131,14 @@ def _is_surface_topography(ds: xr.Dataset, name: str) -> bool:
 
 def _surface_topography(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
     """Return the scan of a file in SurfaceTopography's convention."""
-    if set(ds[name].dims) != {"x", "y"}:
-        raise UnreadableScan(path, f"{name}: expected dimensions (x, y), found {ds[name].dims}")
+    _refuse_other_dims(path, name, ds[name].dims, ds[name].dims)
     centres = {}
     for axis in ("x", "y"):
         if axis not in ds.variables or "length" not in ds[axis].attrs:
-            raise UnreadableScan(
-                path, f"{axis}: expected a variable with its size in an attribute 'length', found none"
-            )
+            raise UnreadableScan(path, "a variable with its size in an attribute 'length'", "none", where=(axis,))
         pixel = float(ds[axis].attrs["length"]) / ds.sizes[axis]
         if ds.sizes[axis] > 1 and abs(spacing(ds[axis]) - pixel) > 1e-6 * pixel:
-            raise UnreadableScan(path, f"{axis}: expected steps of {pixel:g} by 'length', found {spacing(ds[axis]):g}")
+            raise UnreadableScan(path, f"steps of {pixel:g} by 'length'", f"{spacing(ds[axis]):g}", where=(axis,))
         centres[axis] = (np.arange(ds.sizes[axis]) + 0.5) * pixel * _ratio(ds[axis], path, "unit")
     upwards = ds.isel(y=slice(None, None, -1))
     return _scan(ds, upwards, name, ("x", "y"), centres, _ratio(ds[name], path, "unit"), path)
@@ -156,24 +149,25 @@ def _cf(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
     dims = {}
     for dim in map(str, ds[name].dims):
         if dim not in ds.coords:
-            raise UnreadableScan(path, f"{dim}: expected a coordinate with units along this dimension, found none")
+            raise UnreadableScan(path, "a coordinate with units along this dimension", "none", where=(dim,))
         dims[str(ds[dim].attrs.get("axis", dim)).lower()] = dim
-    if set(dims) != {"x", "y"}:
-        raise UnreadableScan(
-            path, f"{name}: expected dimensions x and y (or axis attributes), found {tuple(ds[name].dims)}"
-        )
+    _refuse_other_dims(path, name, dims, ds[name].dims)
     values = {axis: np.asarray(ds[dims[axis]].values, dtype=float) * _ratio(ds[dims[axis]], path) for axis in "xy"}
     turned = {dims[a]: slice(None, None, -1 if v.size > 1 and v[-1] < v[0] else 1) for a, v in values.items()}
     centres = {axis: v[turned[dims[axis]]] for axis, v in values.items()}
     return _scan(ds, ds.isel(turned), name, (dims["x"], dims["y"]), centres, _ratio(ds[name], path), path)
 
 
+def _refuse_other_dims(path: Path, name: str, axes: Iterable[Hashable], dims: tuple[Hashable, ...]) -> None:
+    """Raise unless the axes of a variable are x and y."""
+    if set(axes) != {"x", "y"}:
+        raise UnreadableScan(path, "dimensions x and y (or axis attributes)", f"{tuple(dims)}", where=(name,))
+
+
 def _ratio(variable: xr.DataArray, path: Path, attribute: str = "units") -> float:
     """Return nm per unit of a variable; the attribute is ``units``, in SurfaceTopography ``unit``."""
-    units = variable.attrs.get(attribute)
-    if not is_length(units):
-        raise UnreadableScan(path, f"{variable.name}: expected {attribute!r} of a length, found {units!r}")
-    return factor(units, "nm")
+    what = f"{attribute!r} of a length"
+    return length_factor(path, variable.attrs.get(attribute), what, where=(str(variable.name),))
 
 
 def _scan(

@@ -15,8 +15,8 @@ import numpy as np
 
 from ...mechanics.vocabulary.text import warn
 from ...mechanics.vocabulary.units import factor
-from .channel import Channel, UnreadableScan, first_bytes, stated_direction
-from .formats import not_read
+from .channel import Channel, UnreadableScan, first_bytes, refuse_other_size, stated_direction
+from .formats import refuse_not_read
 
 NPY = b"\x93NUMPY"
 
@@ -38,6 +38,9 @@ _LONGEST_LINE = 1000
 #: Bytes of a text in which its first number stands.
 _HEADING_BYTES = 2**16
 
+#: Advice for a text that is no image.
+_READ_TABLE = "a table of pull-offs is read by `roughxr measured`"
+
 #: Names of the sides in a header.
 _SIDES = (("width", "w"), ("height", "h"))
 
@@ -50,9 +53,8 @@ def npy_channels(path: Path) -> list[Channel]:
     """Return the one image of a ``.npy`` file; its size and units must be given."""
     values = np.load(path, mmap_mode="r", allow_pickle=False)
     if values.ndim != 2 or values.dtype.kind not in "fiu":
-        raise UnreadableScan(path, f"expected a matrix of real numbers, found shape {values.shape} of {values.dtype}")
-    if (size := path.stat().st_size - values.offset) != values.nbytes:
-        raise UnreadableScan(path, f"expected {values.nbytes} bytes of data, found {size}: damaged")
+        raise UnreadableScan(path, "a matrix of real numbers", f"shape {values.shape} of {values.dtype}")
+    refuse_other_size(path, values.offset + values.nbytes)
     read = partial(np.array, values, dtype=float)
     return [Channel(path.stem, None, values.shape, None, None, read)]
 
@@ -70,8 +72,7 @@ def has_digit(path: Path) -> bool:
 
 def text_channels(path: Path) -> list[Channel]:
     """Return the one image of a text."""
-    if unknown := not_read(path):
-        raise UnreadableScan(path, f"expected an AFM image, found a file that is not read, {unknown}")
+    refuse_not_read(path)
     text = decoded(path.read_bytes())
     lines = [line for line in text.splitlines() if line.strip()]
     first = next((k for k, line in enumerate(lines) if _NUMBERS.match(line)), len(lines))
@@ -114,20 +115,14 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], str]:
     for line in lines:
         content = line.lstrip("# \t")
         if len(content) > _LONGEST_LINE:
-            raise UnreadableScan(
-                path, f"expected header lines of at most {_LONGEST_LINE} characters, found {len(content)} in one"
-            )
+            raise UnreadableScan(path, f"header lines of at most {_LONGEST_LINE} characters", f"{len(content)} in one")
         entry = _ENTRY.match(content)
         entries = [entry.groups()] if entry else _ENTRIES.findall(content)
         header = {name.strip().lower(): value for name, value in entries} | header
         if _HEADING.match(content):
             heading = content
         elif not entries and not line.lstrip().startswith("#"):
-            raise UnreadableScan(
-                path,
-                f"expected a matrix of numbers, found {content[:60]!r}; a table of pull-offs is read by "
-                "`roughxr measured`",
-            )
+            raise UnreadableScan(path, "a matrix of numbers", f"{content[:60]!r}", _READ_TABLE)
     return header, heading
 
 
@@ -171,14 +166,14 @@ def _counted(path: Path, numbers: np.ndarray, header: dict[str, str]) -> np.ndar
         return numbers
     columns, rows = map(int, sides)
     if numbers.shape != (rows, columns) and (1 not in numbers.shape or numbers.size != rows * columns):
-        size = f"{numbers.shape[1]} columns and {numbers.shape[0]} rows"
-        raise UnreadableScan(path, f"expected {columns} columns and {rows} rows, as its header states, found {size}")
+        expected = f"{columns} columns and {rows} rows, as its header states"
+        raise UnreadableScan(path, expected, f"{numbers.shape[1]} columns and {numbers.shape[0]} rows")
     return numbers.reshape(rows, columns)
 
 
 def _matrix(path: Path, lines: list[str]) -> np.ndarray:
     if not lines:
-        raise UnreadableScan(path, "expected a matrix of numbers, found no line of numbers")
+        raise UnreadableScan(path, "a matrix of numbers", "no line of numbers")
     delimiter, decimal_comma = separators(lines[0])
     if decimal_comma:
         lines = [line.replace(",", ".") for line in lines]
@@ -187,15 +182,10 @@ def _matrix(path: Path, lines: list[str]) -> np.ndarray:
     try:
         rows = np.loadtxt([line.rstrip(" \t" + (delimiter or "")) for line in lines], delimiter=delimiter, ndmin=2)
     except ValueError as error:
-        raise UnreadableScan(
-            path, f"expected a matrix of numbers, found: {error} (a table of pull-offs is read by `roughxr measured`)"
-        ) from error
+        raise UnreadableScan(path, "a matrix of numbers", f"another text: {error}", _READ_TABLE) from error
     if _has_axes(rows):
-        raise UnreadableScan(
-            path,
-            "expected a matrix of heights, found coordinates in its first row and column: delete both; their "
-            "range is the size",
-        )
+        fault = "coordinates in its first row and column"
+        raise UnreadableScan(path, "a matrix of heights", fault, "delete both; their range is the size")
     return rows
 
 
@@ -229,11 +219,9 @@ def _on_grid(path: Path, points: np.ndarray) -> tuple[np.ndarray, tuple[float, f
         if np.abs(shares * (shape - 1) - steps).max() < 0.3 and len(points) == shape.prod():
             number = np.unique(np.ravel_multi_index(tuple(steps.T), tuple(shape)), return_index=True)[1]
     if number.size < len(points):
-        raise UnreadableScan(
-            path,
-            "expected a matrix of heights, found three columns that are not the points of a whole grid: interpolate "
-            "them, or write nan where there is no height",
-        )
+        fault = "three columns that are not the points of a whole grid"
+        advice = "interpolate them, or write nan where there is no height"
+        raise UnreadableScan(path, "a matrix of heights", fault, advice)
     width, height = (extent * shape / (shape - 1)).tolist()
     return points[number, 2].reshape(shape).T[::-1], (width, height)
 

@@ -2,7 +2,7 @@
 
 A process serves all files of one reader in a session, and ends with its caller. Imported, this file is the client; run
 as a script, it is the server. A reader is a file that imports nothing of roughxr and has a function ``read(path,
-**options)`` whose result can be pickled.
+**options)`` whose result is a dictionary, with ``refused`` for a file that it refuses: what ReadingFailed states.
 """
 
 from __future__ import annotations
@@ -35,7 +35,13 @@ _running: dict[tuple[int, str], subprocess.Popen] = {}
 
 
 class ReadingFailed(Exception):
-    """A reading failed, with the reason in words: time limit, death of the process, or an error of the library."""
+    """A reading failed by time limit, death of the process, or an error of the library: expected, found, advice."""
+
+
+def unsupported(reason: str) -> tuple[str, str, str]:
+    """Return what was expected, what was found and what to do where a library cannot read a file."""
+    fault = f"a damaged one, or another variant ({reason})"
+    return "an intact file of a supported variant", fault, "copy it again, or save it anew in its program"
 
 
 def answer(path: Path, reader: str, **options: Any) -> dict[str, Any]:
@@ -51,15 +57,22 @@ def answer(path: Path, reader: str, **options: Any) -> dict[str, Any]:
             process.stdin.flush()  # type: ignore[union-attr]
             result = pickle.load(process.stdout)  # type: ignore[arg-type]
         except (EOFError, OSError, pickle.UnpicklingError):
-            late = clock.finished.is_set()
-            raise ReadingFailed(_reason(late, limit, _kill(process))) from None
+            is_late = clock.finished.is_set()
+            code = _kill(process)
+            if is_late:
+                expected = "an end within the time that intact files of its size need"
+                fault = f"none: reading was stopped after {limit:.0f} s: damaged, or on a slow disk"
+                advice = "open it in the program that wrote it, and save or export it again"
+                raise ReadingFailed(expected, fault, advice) from None
+            end = signal.Signals(-code).name if code < 0 else code
+            raise ReadingFailed(*unsupported(f"the process that read it was ended by {end}")) from None
         except BaseException:
             _kill(process)  # interrupted: a late answer would belong to the next question
             raise
         finally:
             clock.cancel()
-    if isinstance(result, str):
-        raise ReadingFailed(f"damaged, or a variant not supported: {result}")
+    if "refused" in result:
+        raise ReadingFailed(*result["refused"])
     return result
 
 
@@ -88,17 +101,8 @@ def _kill(process: subprocess.Popen) -> int:
     return process.wait()
 
 
-def _reason(late: bool, limit: float, code: int) -> str:
-    if late:
-        return (
-            f"reading was stopped after {limit:.0f} s, longer than any intact file of its size needs: damaged, or on "
-            "a slow disk; open it in the program that wrote it, and save or export it again"
-        )
-    return f"damaged: the process that read it was ended by {signal.Signals(-code).name if code < 0 else code}"
-
-
 def _serve(reader: ModuleType) -> None:
-    """Answer requests until the input ends: with the reader's result, or the text of an error."""
+    """Answer requests until the input ends, with the reader's result."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints must not mix with the answers
     while True:
@@ -110,10 +114,11 @@ def _serve(reader: ModuleType) -> None:
             limit = _limit_memory(question["path"])
             result = reader.read(**question)
         except MemoryError:
-            result = f"reading it needs more than {limit / 2**30:.3g} GiB of memory"
+            result = {"refused": unsupported(f"reading it needs more than {limit / 2**30:.3g} GiB of memory")}
         except Exception as error:  # any error of a library
             reason = " ".join(str(error).split())[:300] or "no reason given"
-            result = reason if type(error) is ValueError else f"{type(error).__name__}: {reason}"
+            reason = reason if type(error) is ValueError else f"{type(error).__name__}: {reason}"
+            result = {"refused": unsupported(reason)}
         pickle.dump(result, answers)
         answers.flush()
 

@@ -21,7 +21,7 @@ import xarray as xr
 from ...mechanics.scans.plausibility import ImplausibleScan, doubts, size_doubts
 from ...mechanics.vocabulary.provenance import flat
 from ...mechanics.vocabulary.refusal import Refusal
-from ...mechanics.vocabulary.schema import SMALLEST_LENGTH, history, label, pixel, record, validate
+from ...mechanics.vocabulary.schema import history, label, pixel, record, validate
 from ...mechanics.vocabulary.text import warn
 from ...mechanics.vocabulary.units import factor, magnitude
 from ..doors import refuse_other_files
@@ -29,16 +29,21 @@ from . import formats, gwyddion, hdf5, microscopes, plain, vendors
 from .channel import (
     Channel,
     UnreadableScan,
-    ambiguity_warning,
     choose,
     file_name,
     first_bytes,
     is_length,
+    length_factor,
     listing,
+    naming_file,
     refuse_absurd,
+    refuse_small,
+    refuse_stated,
+    tied_images,
 )
 from .force_curve_formats import refuse_curves
 from .netcdf import HDF5, is_netcdf, open_netcdf, variable_names
+from .reader_process import unsupported
 
 #: Format families that only microscopes and Gwyddion write.
 _MICROSCOPE_FAMILIES = ("gsf", "gwy", "sxm", "asd", "jpk")
@@ -53,9 +58,9 @@ def regular_file(path: Any) -> Path:
     try:
         refuse_other_files(path)
         if not first_bytes(path, 1):
-            raise UnreadableScan(path, "expected a scan, found an empty file")
-    except Refusal as error:
-        raise UnreadableScan(path, error.reason) from None
+            raise UnreadableScan(path, "a scan", "an empty file")
+    except Refusal as refusal:
+        raise UnreadableScan(path, *refusal.args[1:]) from None
     return path
 
 
@@ -104,18 +109,16 @@ def is_microscope_file(path: Any) -> bool:
 def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) -> Any:
     """Return ``read(...)``; any error of a library is raised again with the file's name."""
     try:
-        return read(*args, **options)
+        with naming_file(path):
+            return read(*args, **options)
     except (UnreadableScan, ImportError):
         raise
     except MemoryError as error:
-        raise UnreadableScan(path, f"expected heights that fit into memory, found more: {error}") from error
+        raise UnreadableScan(path, "heights that fit into memory", f"more: {error}") from error
     except Exception as error:
         error_text = " ".join(str(error).split())[:300] or "no reason given"
         reason = f"it lacks {error_text}" if isinstance(error, KeyError) else f"{type(error).__name__}: {error_text}"
-        raise UnreadableScan(
-            path,
-            f"damaged, or a variant not supported ({reason}); copy it again, or save it anew in its program",
-        ) from error
+        raise UnreadableScan(path, *unsupported(reason)) from error
 
 
 @contextmanager
@@ -125,7 +128,8 @@ def recognized(path: Path, code: str) -> Iterator[None]:
     try:
         yield
     except UnreadableScan as error:
-        raise error.recognized(formats.name_of(code)) from error.__cause__
+        error.where = (formats.name_of(code), *error.where) if code else error.where
+        raise
 
 
 def images(path: Path, family: str, read: Callable[[Path], list[Channel]]) -> tuple[str, list[Channel]]:
@@ -146,7 +150,7 @@ def _netcdf_channels(path: Path) -> list[Channel]:
     """Return the images of a NetCDF file, each read on demand."""
     names = variable_names(path)
     if not names:
-        raise UnreadableScan(path, "expected a variable over two dimensions with units of a length, found none")
+        raise UnreadableScan(path, "a variable over two dimensions with units of a length", "none")
     channels = []
     for name in names:
         with open_netcdf(path, channel=name) as ds:
@@ -186,8 +190,14 @@ def read_scan(
         chosen = with_size(chosen, size, path)
         ds = labelled(chosen, path)
     ds.attrs.update(_origin(path, code, chosen, channels))
-    tie = ambiguity_warning(channels, chosen, scan_direction) if channel is None else ""
-    for doubt in filter(None, [tie, *doubts(ds)]):
+    tied = tied_images(channels, chosen, scan_direction) if channel is None else []
+    if tied:
+        choice = f"{chosen.name!r} is read; choose another one, channel="
+        warn(
+            f"{file_name(path)}: {len(tied)} images may be the heights ({listing(channels, tied)}); {choice}",
+            ImplausibleScan,
+        )
+    for doubt in doubts(ds):
         warn(f"{file_name(path)}: {doubt}", ImplausibleScan)
     return record(ds, "open_scan", file=file_name(path), **options)
 
@@ -195,16 +205,14 @@ def read_scan(
 def _labelled_netcdf(path: Path, options: dict[str, Any]) -> xr.Dataset:
     """Return a NetCDF file's scan, not read yet; roughxr's own files keep their history and origin."""
     opened = guarded(path, open_netcdf, path, channel=options["channel"])
-    stated = [option for option in ("scan_direction", "size", "height_units") if options[option] is not None]
-    if stated:
-        opened.close()
-        raise Refusal(stated[0], "none for a NetCDF file, which states it", "some", f"leave {stated[0]}= out")
     try:
-        ds = _with_origin(validate(opened, "scan"), path, options)
-    except BaseException as error:
+        for option in ("scan_direction", "size", "height_units"):
+            if options[option] is not None:
+                refuse_stated(path, option, options[option])
+        with naming_file(path):  # such as coordinates that are not uniform
+            ds = _with_origin(validate(opened, "scan"), path, options)
+    except BaseException:
         opened.close()
-        if isinstance(error, ValueError):  # such as coordinates that are not uniform: add the file's name
-            raise UnreadableScan(path, str(error)) from error
         raise
     ds.set_close(opened.close)
     return ds
@@ -226,12 +234,7 @@ def _with_units(channels: list[Channel], height_units: str | None, path: Path) -
     if not is_length(height_units):
         raise Refusal("height_units", "units of a length such as 'nm'", f"{height_units!r}")
     if all(channel.units for channel in channels):
-        raise Refusal(
-            "height_units",
-            f"none for {path}, which states {listing(channels)}",
-            f"{height_units!r}",
-            "leave height_units= out",
-        )
+        refuse_stated(path, "height_units", height_units)
     return [channel if channel.units else channel._replace(units=height_units) for channel in channels]
 
 
@@ -239,34 +242,28 @@ def with_size(channel: Channel, size: Any, path: Path) -> Channel:
     """Return the channel with its lateral size in nm, stated by the file or given, never assumed."""
     rows, columns = channel.shape
     if rows < 2 or columns < 2:
-        raise UnreadableScan(path, f"expected at least 2 x 2 pixels, found {columns} x {rows}")
+        raise UnreadableScan(path, "at least 2 x 2 pixels", f"{columns} x {rows}")
     stated = _stated_size(channel, path)
     wanted = None if size is None else _given_size(size, channel.shape)
     used = wanted or stated
     if used is None:
-        raise UnreadableScan(
-            path, "expected a lateral size, found none in the file; give it, for example size=('5 um', '5 um')"
-        )
+        advice = "give it, for example size=('5 um', '5 um')"
+        raise UnreadableScan(path, "a lateral size", "none in the file", advice)
     if stated and wanted and not np.allclose(stated, wanted, rtol=1e-6):
-        raise Refusal("size", f"{stated} nm, as {path} states", f"{wanted} nm", "leave size= out")
+        refuse_stated(path, "size", size, f"{stated} nm")
     if stated and not wanted and not channel.counted:
         _check_square(channel, stated, path)
-    smallest_pixel = min(used[0] / columns, used[1] / rows)
-    if smallest_pixel < SMALLEST_LENGTH:
-        raise UnreadableScan(
-            path, f"expected pixels of at least {SMALLEST_LENGTH:g} nm, found {smallest_pixel:.3g} nm: wrong units?"
-        )
+    refuse_small(path, "pixels of", min(used[0] / columns, used[1] / rows))
     return channel._replace(size=used, lateral_units="nm")
 
 
 def _stated_size(channel: Channel, path: Path) -> tuple[float, float] | None:
     if channel.size is None:
         return None
-    if not is_length(channel.lateral_units):
-        raise UnreadableScan(path, f"expected lateral units of a length, found {channel.lateral_units!r}")
-    width, height = (float(value) * factor(channel.lateral_units, "nm") for value in channel.size)
+    nanometres = length_factor(path, channel.lateral_units, "lateral units of a length")
+    width, height = (float(value) * nanometres for value in channel.size)
     if not (0 < width < np.inf and 0 < height < np.inf):
-        raise UnreadableScan(path, f"expected a positive lateral size, found {(width, height)} nm")
+        raise UnreadableScan(path, "a positive lateral size", f"{(width, height)} nm")
     return width, height
 
 
@@ -284,18 +281,15 @@ def _given_size(size: Any, shape: tuple[int, int]) -> tuple[float, float]:
 def _check_square(channel: Channel, size: tuple[float, float], path: Path) -> None:
     rows, columns = channel.shape
     if abs(size[0] / columns - size[1] / rows) > 1e-6 * size[0] / columns:
-        raise UnreadableScan(
-            path,
-            f"expected square pixels, found {columns} columns and {rows} rows on {size[0]:g} x {size[1]:g} "
-            "nm: the file seems cut short; if it is whole, give size= as well",
-        )
+        fault = f"{columns} columns and {rows} rows on {size[0]:g} x {size[1]:g} nm: the file seems cut short"
+        raise UnreadableScan(path, "square pixels", fault, "if it is whole, give size= as well")
 
 
 def picture(channel: Channel, path: Path) -> xr.DataArray:
     """Return a channel's values over x and y (nm): the picture's top row at the largest y."""
     rows = np.asarray(guarded(path, channel.read), dtype=float)
     if rows.shape != channel.shape:
-        raise UnreadableScan(path, f"expected {channel.shape} pixels (rows, columns), found {rows.shape}")
+        raise UnreadableScan(path, f"{channel.shape} pixels (rows, columns)", f"{rows.shape}")
     assert channel.size is not None  # by `with_size`
     columns = rows[::-1].T
     coords = {
@@ -309,7 +303,7 @@ def labelled(channel: Channel, path: Path) -> xr.Dataset:
     """Return a channel as a scan."""
     height = picture(channel, path) * factor(channel.units, "nm")
     if np.isnan(height.values).all():
-        raise UnreadableScan(path, "expected heights, found missing pixels only")
+        raise UnreadableScan(path, "heights", "missing pixels only")
     assert channel.size is not None  # by `with_size`
     refuse_absurd(height.values, max(channel.size), path)
     return label(height.to_dataset(name="height"))

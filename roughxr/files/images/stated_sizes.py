@@ -12,6 +12,8 @@ import struct
 from collections.abc import Callable
 from pathlib import Path
 
+from .channel import refuse_other_size
+
 #: Bytes of the header of an NT-MDT file, of an Igor wave before its parts, and at the end of Asylum's waves.
 _MDT_HEADER = 33
 _IGOR_HEADER = 64
@@ -56,18 +58,17 @@ _STRIP_STARTS = 273
 _STRIP_SIZES = 279
 
 
-def excess(path: Path, code: str) -> str:
-    """Return that a file of a format is longer than its header states; empty if it is not, or its header is silent."""
+def refuse_longer(path: Path, code: str) -> None:
+    """Raise if a file of a format is longer than its header states; its reader reports a shorter one."""
     if code not in _STATED_SIZES:
-        return ""
+        return
     data = path.read_bytes()
     try:
         stated = _STATED_SIZES[code](data)
-    except (ValueError, KeyError, IndexError, struct.error):
-        return ""  # a damaged header, which the reader reports
-    if len(data) <= stated:
-        return ""
-    return f"expected a file of {stated:,} bytes, as its header states, found {len(data):,}: damaged"
+    except (ValueError, KeyError, IndexError, struct.error):  # a damaged header, which the reader reports
+        return
+    if len(data) > stated:
+        refuse_other_size(path, stated)
 
 
 def _igor_size(data: bytes) -> int:

@@ -22,13 +22,16 @@ _X3P_LINK = re.compile(r"<(?:\w+:)?(?:PointDataLink|ValidPointsLink)>\s*([^<\s]+
 
 
 class _OversizeMember(Exception):
-    """A member of an archive unpacks to more than the heights need."""
+    """A member of an archive unpacks to more than the heights need: expected, found."""
 
 
 def read(path: str, index: int | None = None) -> dict[str, Any]:
     """Return the images of a file or, for ``index`` (counted over images of all dimensions), the heights of one."""
     stat = os.stat(path)
-    reader, errors = _opened(path, stat.st_mtime_ns, stat.st_size)
+    try:
+        reader, errors = _opened(path, stat.st_mtime_ns, stat.st_size)
+    except _OversizeMember as oversize:
+        return {"refused": oversize.args}
     if reader is None:
         return {"errors": errors}
     if index is not None:
@@ -51,8 +54,8 @@ def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
         try:
             mended = {"di": _with_micro_signs, "ibw": _with_ended_labels, "x3p": _as_standard_x3p}.get(name, str)
             return IO.open_topography(mended(path), format=name), {}
-        except _OversizeMember as error:
-            raise ValueError(str(error)) from None
+        except _OversizeMember:
+            raise
         except Exception as error:  # readers fail in various ways on other formats
             errors[name] = " ".join(str(error).split()) or type(error).__name__
     return None, errors
@@ -136,10 +139,8 @@ def _x3p_index(archive: zipfile.ZipFile) -> tuple[str, set[str]]:
     for name in linked:
         member = archive.getinfo(name)
         if stated is not None and member.file_size > stated:
-            raise _OversizeMember(
-                f"{name}: expected {stated:,} bytes of {columns} × {rows} heights, as main.xml states, found "
-                f"{member.file_size:,}"
-            )
+            expected = f"{stated:,} bytes of {columns} × {rows} heights, as main.xml states"
+            raise _OversizeMember(expected, f"{member.file_size:,} in {name}")
     return text, linked
 
 

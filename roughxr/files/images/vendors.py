@@ -38,21 +38,19 @@ def channels(path: Path) -> list[Channel]:
     """Return the images in a vendor's file."""
     head = first_bytes(path, 512)
     if head[:2] in IGOR and not is_igor(head):
-        raise UnreadableScan(path, "expected a header with a valid checksum, found a damaged one (Igor wave)")
-    if fault := _fault(path, head):
-        raise UnreadableScan(path, fault)
+        raise UnreadableScan(path, "a header with a valid checksum", "a damaged one", where=("Igor wave",))
+    _refuse_variant(path, head)
     answer = read_in_process(path, vendor_reader, "SurfaceTopography")
     kind = answer.get("format", "ps" if is_park(path) else "")
-    if longer := stated_sizes.excess(path, kind):
-        raise UnreadableScan(path, longer)
+    stated_sizes.refuse_longer(path, kind)
     if "errors" in answer:
-        advice = "save it as .gwy, .gsf or text in Gwyddion or in the program that wrote it"
-        unknown = formats.not_read(path)
-        why = f"a file that is not read, {unknown}; {advice}" if unknown else f"none: {_reason(answer['errors'], head)}"
-        raise UnreadableScan(path, f"expected an AFM image, found {why}")
+        formats.refuse_not_read(path)
+        code = code_of(head)
+        reason = answer["errors"][code][:300] if code in answer["errors"] else "it begins like no known format"
+        raise UnreadableScan(path, "an AFM image", f"none: {reason}")
     images = [(k, image) for k, image in enumerate(answer["images"]) if image["dim"] == 2]
     if not images:
-        raise UnreadableScan(path, "expected an image of heights, found other quantities alone, such as currents")
+        raise UnreadableScan(path, "an image of heights", "other quantities alone, such as currents")
     return [_channel(path, k, image, kind) for k, image in images]
 
 
@@ -67,26 +65,21 @@ def code_of(head: bytes) -> str:
 _SURF_UNITS = slice(212, 228)
 
 
-def _fault(path: Path, head: bytes) -> str:
-    """Return what is wrong with a file of a format that is read; empty if that is not known."""
+def _refuse_variant(path: Path, head: bytes) -> None:
+    """Raise for a variant of a format that its reader cannot read."""
     code = code_of(head)
     if head.startswith(b"DSCOMPRESSED"):
-        return "expected a Digital Surf file without compression, found a compressed one; save it without compression"
+        raise UnreadableScan(path, "heights without compression", "compressed ones", "save it without compression")
     if code == "sur":
         units = head[_SURF_UNITS].decode("latin-1").strip("\0 ")
         if not is_length(units):
-            return f"expected heights, found a Digital Surf file of another quantity, in {units or 'no units'!r}"
+            raise UnreadableScan(path, "heights", f"another quantity, in {units or 'no units'!r}")
     if code == "mi":
         header = path.read_bytes().partition(b"data  ")[0].decode("latin-1").splitlines()
         names = {line.split()[0] for line in header if line.strip()}
         if lacking := [name for name in ("xLength", "yLength") if name not in names]:
-            return f"expected the size of the image, found no {' and '.join(lacking)} in its header; save it as .gwy"
-    return ""
-
-
-def _reason(errors: dict[str, str], head: bytes) -> str:
-    code = code_of(head)
-    return errors[code][:300] if code in errors else "it begins like no known format"
+            fault = f"no {' and '.join(lacking)} in its header"
+            raise UnreadableScan(path, "the size of the image", fault, "save it as .gwy")
 
 
 def _channel(path: Path, index: int, image: dict[str, Any], kind: str) -> Channel:

@@ -19,8 +19,8 @@ def shown(value: Any) -> str:
 class Refusal(ValueError):
     """What a function refuses: the input, what was expected, what was found and what to do.
 
-    ``what`` is an argument's name, a file or a quantity, ``advice`` may name arguments with their values, as
-    ``mesh=4``; a shell writes both as options.
+    ``what`` is an argument's name, a file or a quantity, ``where`` are names within it, ``advice`` may name arguments
+    with their values, as ``mesh=4``; a shell writes all of them as options.
 
     Examples
     --------
@@ -33,6 +33,8 @@ class Refusal(ValueError):
     sphere_radius | -3000
     """
 
+    where: tuple[str, ...] = ()
+
     def __init__(self, what: object, expected: object, found: object = "", advice: object = ""):
         expected, found = (value if isinstance(value, str) else shown(value) for value in (expected, found))
         super().__init__(what, expected, found, advice)
@@ -40,9 +42,13 @@ class Refusal(ValueError):
         self.expected = expected
         self.found = found
         self.advice = advice
-        self.reason = f"expected {expected}"  # the text without the input's name
-        self.reason += f", found {found}" if str(found) else ""
-        self.reason += f"; {advice}" if advice else ""
+
+    @property
+    def reason(self) -> str:
+        """The text without the input's name."""
+        found = f", found {self.found}" if str(self.found) else ""
+        advice = f"; {self.advice}" if self.advice else ""
+        return ": ".join([*self.where, f"expected {self.expected}{found}{advice}"])
 
     def __str__(self) -> str:
         return f"{self.what}: {self.reason}" if str(self.what) else self.reason

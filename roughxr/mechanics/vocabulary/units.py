@@ -57,7 +57,7 @@ def factor(source: str, target: str) -> float:
     return float(f"{ratio:.15g}")  # 1000.0000000000001 nm per um would spoil exact coordinates
 
 
-def converts(source: str, target: str) -> bool:
+def converts(source: str | None, target: str) -> bool:
     """Return whether values in ``source`` units convert to ``target`` units; no units do not."""
     if not source or not target:
         return False
