@@ -29,7 +29,7 @@ from roughxr.mechanics.scans import regions
 from roughxr.mechanics.statistics.sampling import by_share
 from roughxr.mechanics.vocabulary import schema
 from roughxr.mechanics.vocabulary.units import converts, factor
-from roughxr.statistics import LAWS, bootstrap, debris, fit, pull_off
+from roughxr.statistics import LAWS, bootstrap, fit, pull_off
 
 #: Labels of numbers without a unit.
 UNIT_ONE = ("samples", "ln(B/A)", "axis ratio", "probability density", "/P_c", "/a_c", "delta_c", "rough / smooth")
@@ -182,7 +182,7 @@ def test_figure_13_shows_the_ratio_of_the_forces_above_it(papers):
 def test_figures_14_and_15_show_the_papers_own_sum(papers, run):
     upper, lower = papers["figure-14"].axes
     drawn = line_of(upper, "the paper's sum").get_data()
-    clean = np.flatnonzero(~debris(run["asperities"], run["solutions/direct"]))
+    clean = np.flatnonzero(~run["solutions/direct"].on_debris)
     options = {"delta": drawn[0], "subregions": (3, 3), "law": "hertz", "formulation": "published"}
     paper_sum = superpose(run["asperities"], **options).force.isel(subregion=clean)
     np.testing.assert_allclose(drawn[1], paper_sum.mean("subregion"))
@@ -235,7 +235,7 @@ def test_the_ratio_by_place_is_drawn_with_the_places_where_contacts_overlap(run)
 
 def test_a_ratio_that_begins_late_is_explained(papers, run):
     """Figure 14 has no ratio where no place without debris is in contact."""
-    clean = np.flatnonzero(~debris(run["asperities"], run["solutions/direct"]))
+    clean = np.flatnonzero(~run["solutions/direct"].on_debris)
     mean = run["solutions/direct"].force.isel(subregion=clean).mean("subregion")
     annotations = " ".join(text.get_text() for text in papers["figure-14"].axes[1].texts)
     last = mean.delta.where(mean == 0).max()
@@ -282,7 +282,7 @@ def test_laws_and_bars_count_the_same_places_equally():
 
 
 def test_debris_is_the_tile_with_the_particle(run):
-    flags = debris(run["asperities"], run["solutions/direct"])
+    flags = run["solutions/direct"].on_debris
     assert flags.values.tolist() == [False] * 4 + [True] + [False] * 4
     ax = figures.scan_map(run["scan"], subregions=run["solutions/direct"], highlight=flags, ax=Figure().subplots())
     ringed = np.c_[ax.lines[1].get_data()]

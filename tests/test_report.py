@@ -98,7 +98,7 @@ def test_main_numbers_are_those_of_the_simulation_with_and_without_debris(run):
     pull = run["statistics/adhesive"].pull_off_force
     estimate = {row: float(cell.partition(" nN")[0]) for row, cell in table["estimate"].items()}
     assert estimate["mean, all places"] == pytest.approx(np.average(pull, weights=area_of_places(pull)), rel=0.01)
-    clean = pull[~roughxr.statistics.debris(run["asperities"], run["solutions/direct"]).values]
+    clean = pull[~run["solutions/direct"].on_debris.values]
     assert estimate["mean, without debris"] == pytest.approx(float(clean.mean()), rel=0.01)
     assert not any("5 %" in row for row in table.index)  # of nine places
 

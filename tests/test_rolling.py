@@ -348,6 +348,8 @@ def test_a_place_without_contact_is_missing_and_says_why():
     ("options", "message"),
     [
         ({"directions": 0}, "directions: expected a whole number of at least 1"),
+        ({"directions": 24.0}, "directions: expected their number, a whole one"),
+        ({"directions": "24"}, "directions: expected their number, a whole one"),
         ({"directions": [1.0, 0.0]}, "directions: expected ascending"),
         ({"normal_force": np.nan}, "normal_force: expected finite"),
     ],

@@ -130,7 +130,6 @@ def test_labels_convert_what_states_other_units_of_its_quantity():
         roughxr.pull_off,
         roughxr.statistics.bootstrap,
         roughxr.statistics.cdf,
-        roughxr.statistics.debris,
         roughxr.statistics.fit,
         roughxr.statistics.pdf,
         roughxr.statistics.summary,

@@ -62,7 +62,7 @@ def test_ratios_of_both_methods_on_the_twin_cross_one_near_ten_nanometres():
     scan = roughxr.assign_pair(scan, sphere_radius=3000, young_modulus=75, poisson_ratio=0.22)
     catalogue = roughxr.asperities(scan, patch="paper")
     centres = roughxr.scans.regions.centres(scan, (8, 8))
-    places = centres.isel(subregion=np.flatnonzero(~roughxr.statistics.debris(catalogue, centres)))
+    places = centres.isel(subregion=np.flatnonzero(~centres.on_debris))
     direct = roughxr.direct(scan, delta=[10.0, 12.0], subregions=places)
     superposed = roughxr.superpose(
         catalogue, delta=np.arange(8, 14, 0.1), subregions=places, law="hertz", formulation="published"

@@ -277,6 +277,7 @@ def test_histogram_bins_have_intervals_about_their_densities():
     ("options", "says"),
     [
         ({"statistics": ["median"]}, "mean, std or q0"),
+        ({"statistics": "mean"}, "expected a list of names"),
         ({"statistics": ["q101"]}, "q0 … q100"),
         ({"confidence": 95}, "between 0 and 1"),
         ({"resamples": 10}, "at least 20"),

@@ -50,7 +50,6 @@ MORE = {
     "summary": lambda scan, at, s: statistics.summary(pulls(scan, at)).drop_sel(statistic="count"),
     "reduction": lambda scan, at, s: statistics.reduction(pulls(scan, at)),
     "fit": lambda scan, at, s: statistics.fit(pulls(scan, at)),
-    "debris": lambda scan, at, s: statistics.debris(roughxr.asperities(scan)).to_dataset(),
     "pull_off": lambda scan, at, s: statistics.pull_off(
         roughxr.superpose(scan, delta=np.linspace(-4, 9, 27) * s, subregions=at)
     ),

@@ -12,7 +12,6 @@ import xarray as xr
 from ...mechanics.bodies.pair_record import read_pair
 from ...mechanics.contact import reference
 from ...mechanics.scans import regions
-from ...mechanics.statistics import debris
 from ...mechanics.statistics.sampling import counted_equally
 from ...mechanics.vocabulary.adhesion_laws import HERTZ
 from .. import figures
@@ -121,7 +120,7 @@ def _smooth_sphere(run: Run):
 
 def _places(run: Run):
     direct = run["solutions/direct"]
-    ax = figures.scan_map(run["scan"], subregions=direct, highlight=debris(run["asperities"], direct))
+    ax = figures.scan_map(run["scan"], subregions=direct, highlight=direct["on_debris"])
     x_low, x_high, y_low, y_high = regions.extent(run["scan"])
     columns, rows = (np.unique(direct[f"subregion_{axis}"]).size for axis in "xy")
     lines = {"color": "white", "linewidth": 0.5}
@@ -211,8 +210,12 @@ def _superposed(run: Run):
 
 def places_without_debris(run: Run, method: str) -> xr.Dataset:
     """Return a solution at the places without debris."""
-    solution = run[f"solutions/{method}"]
-    return solution.isel(subregion=np.flatnonzero(~debris(run["asperities"], solution).values))
+    return run[f"solutions/{method}"].isel(subregion=_clean(run))
+
+
+def _clean(run: Run) -> np.ndarray:
+    """Return the numbers of the places without debris; sums of a catalogue do not know it, the simulation does."""
+    return np.flatnonzero(~run["solutions/direct"]["on_debris"].values)
 
 
 def last_without_contact(solution: xr.Dataset) -> float:
@@ -224,8 +227,8 @@ def last_without_contact(solution: xr.Dataset) -> float:
 def strongest_place(run: Run) -> int:
     """Return the place of figure 15: of those without debris, the one with the largest published pull-off."""
     pull_off = run["statistics/published"]["pull_off_force"]
-    clean = pull_off.where(~debris(run["asperities"], run["solutions/published"]).values)
-    return int(clean.fillna(0).argmax("subregion"))
+    clean = _clean(run)
+    return int(clean[pull_off[clean].fillna(0).argmax("subregion")])
 
 
 def smooth_sphere(solution: xr.Dataset) -> xr.Dataset:

@@ -20,7 +20,7 @@ from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
 from ..vocabulary.numbers import number
-from ..vocabulary.refusal import Refusal
+from ..vocabulary.refusal import Refusal, shown
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities, Quantity, is_whole, magnitude, whole_number
 from .asperity_sum import DEFAULT, Asperities, Summands, SumOptions, exact_pull_offs, law_attributes, read_summands
@@ -172,6 +172,8 @@ def rolling(
 def read_directions(directions: Quantities) -> np.ndarray:
     """Return directions of rolling (rad), ascending; a number of them is spaced evenly."""
     if not is_whole(directions):
+        if np.ndim(directions) == 0:  # type: ignore[arg-type]
+            raise Refusal("directions", "their number, a whole one, or several directions in rad", shown(directions))
         return schema.ascending(directions, "rad", "directions")
     count = whole_number(directions, "directions", least=1)
     return 2 * np.pi * np.arange(count) / count

@@ -8,13 +8,11 @@ laws              fits of distributions such as Weibull's
 places            effective sample size of correlated places
 uncertainty       bootstrap of as many draws as places are independent
 pooling           several scans together
-debris_rule       places on debris
 force_ratios      superposed forces over those of the simulation
 means             the mean pull-off force, its interval and its numerical error
 censoring         estimates of samples that are known by limits
 """
 
-from .debris_rule import debris
 from .densities import cdf, pdf
 from .force_ratios import force_ratio
 from .laws import LAWS, fit
@@ -27,7 +25,6 @@ __all__ = [
     "LAWS",
     "bootstrap",
     "cdf",
-    "debris",
     "fit",
     "force_ratio",
     "pdf",

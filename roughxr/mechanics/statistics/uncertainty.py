@@ -159,7 +159,7 @@ def bootstrap(
     fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
         raise Refusal("resamples", f"at least {1 / (1 - confidence):.0f}", resamples)
-    labels = list(statistics)
+    labels = _labels(statistics)
     units = _units(labels, ds[name])
     count = _independent(sample, None if within is None else samples(within, name))
     likelihood: CensoredEstimates | None = None
@@ -200,6 +200,13 @@ def bootstrap(
     arguments = {"name": name, "statistics": labels, "confidence": confidence, "resamples": resamples, "seed": seed}
     arguments |= {"within": None if within is None else "all places", "fewest": fewest}
     return schema.record(schema.label(out), "bootstrap", ds, **arguments)
+
+
+def _labels(statistics: Sequence[str]) -> list[str]:
+    """Return names of statistics; raise for a single one, whose letters would be taken for names."""
+    if isinstance(statistics, str):
+        raise Refusal("statistics", "a list of names", f"{statistics!r}", f"pass [{statistics!r}]")
+    return list(statistics)
 
 
 def _units(labels: list[str], variable: xr.DataArray) -> str:
