@@ -7,14 +7,16 @@ energy   work of adhesion that an approach shows, over fine roughness: w − U, 
 rough    16 places of four soft rough surfaces beside `adhesive` on cells, 10 to 50 s of processor time each
 limits   24 places of four further surfaces, at U/w = 0.15, 0.3 and 0.45; two of them set the limits, two score them
 sample   eight places of the sample "rough" nearest to the limits, E* 30 MPa, 10 to 25 s of processor time each on cells
-cost     processor time of a place from E* = 0.5 MPa to 1 GPa
+cost     processor time of a place from E* = 0.5 MPa to 1 GPa, with 17 to 200 pixels to the contact's radius
 
 Without a name: all of them. ``--references`` names a file in which the results on cells are stored; what it does not
-contain is solved.
+contain is solved. ``--budget`` ends each solution on cells after so many seconds of processor time.
 """
 
 import argparse
 import json
+import multiprocessing
+import resource
 import sys
 import time
 import warnings
@@ -99,21 +101,47 @@ def places(surface):
 class References:
     """Results of `adhesive` on cells, stored in a file."""
 
-    def __init__(self, file):
+    def __init__(self, file, budget):
         self.file = file and Path(file)
+        self.budget = budget  # processor time (s) of a place
         self.stored = json.loads(self.file.read_text()) if file and self.file.exists() else {}
 
     def at(self, name, surface, place):
-        """Return the pull-off (nN), its relative error and the processor time (s) at a place."""
+        """Return the pull-off (nN), its relative error and the processor time (s) at a place; NaN beyond the budget."""
         if name not in self.stored:
-            began = time.process_time()
-            solution = scan_of(surface).contact.adhesive(subregions=([place[0]], [place[1]]), law="jkr")
-            values = {key: float(solution[f"pull_off_{key}"][0]) for key in ("force", "error")}
-            values["pressed"] = float(solution["pressed_pull_off_force"][0])
-            self.stored[name] = values | {"seconds": time.process_time() - began}
+            self.stored[name] = within_budget(self.budget, on_cells, surface, place)
             if self.file:
                 self.file.write_text(json.dumps(self.stored, indent=1))
         return self.stored[name]
+
+
+def on_cells(surface, place):
+    """Return the pull-off (nN), its relative error and the processor time (s) of a place on cells."""
+    began = time.process_time()
+    solution = scan_of(surface).contact.adhesive(subregions=([place[0]], [place[1]]), law="jkr")
+    values = {key: float(solution[f"pull_off_{key}"][0]) for key in ("force", "error")}
+    values["pressed"] = float(solution["pressed_pull_off_force"][0])
+    return values | {"seconds": time.process_time() - began}
+
+
+def within_budget(budget, solve, *arguments):
+    """Return the result of a function in a process of its own; NaN where it takes more than so much processor time."""
+
+    def send(pipe):
+        resource.setrlimit(resource.RLIMIT_CPU, (budget, budget))
+        pipe.send(solve(*arguments))
+
+    fork = multiprocessing.get_context("fork")
+    receiver, sender = fork.Pipe(duplex=False)
+    process = fork.Process(target=send, args=(sender,))
+    process.start()
+    sender.close()
+    try:
+        return receiver.recv()
+    except EOFError:
+        return {"force": np.nan, "error": np.nan, "pressed": np.nan, "seconds": float(budget)}
+    finally:
+        process.join()
 
 
 def rough_cases():
@@ -133,7 +161,12 @@ def rougher_cases():
 
 def followed(surface, place, preload=0.0):
     """Return the cycles of a place by its front, and the processor time (s)."""
-    specimen = specimen_of(scan_of(surface))
+    return followed_on(scan_of(surface), place, preload)
+
+
+def followed_on(scan, place, preload=0.0):
+    """Return the cycles of a place of a scan by its front, and the processor time (s)."""
+    specimen = specimen_of(scan)
     adhesion = read_adhesion(specimen, JKR, preloads=read_preloads(preload), mesh=Mesh(), cycles=1)
     centre = specimen.centres(([place[0]], [place[1]]))
     depth = [settling_depth(specimen, adhesion)]
@@ -297,6 +330,9 @@ def compared(cases, references):
         except Unfollowed:
             print(f"{name}: not followed as one region; on cells ± {on_cells['error']:.1%}", flush=True)
             continue
+        if np.isnan(on_cells["force"]):
+            print(f"{name}: on cells more than {on_cells['seconds']:.0f} s", flush=True)
+            continue
         pull_off = float(cycles.pull_offs[0])
         row = Row(
             pull_off / on_cells["force"] - 1, float(cycles.pull_off_errors[0]), on_cells["error"], cycles.is_valid
@@ -360,15 +396,29 @@ def print_sample():
 
 
 def print_cost():
-    """Print the processor time of a place over the moduli, on pixels of a seventeenth of the contact."""
+    """Print the processor time of a place over the moduli and over the pixels of a contact, and on a sample."""
+    longest = 0.0
     for modulus in (5e-4, 2e-3, 1e-2, 0.03, 0.1, 0.3, 1.0):
         contact = np.cbrt(9 * np.pi * 0.05 * 5000**2 / (8 * modulus))
-        surface = Surface(modulus, 5000, 0.05, 0.8, 1.5 * contact, contact / 3, contact / 17, 112, 5)
-        surface = with_share(surface, 0.05)
-        middle = 0.5 * surface.count * surface.pixel
-        cycles, seconds = followed(surface, (middle, middle))
-        error = float(cycles.pull_off_errors[0])
-        print(f"E* {1e3 * modulus:g} MPa, contact {contact:.0f} nm: ± {error:.1%}, {seconds:.2f} s", flush=True)
+        for pixels in (17, 60, 200):  # along the contact's radius
+            finest = contact / max(3, pixels / 10)
+            surface = Surface(modulus, 5000, 0.05, 0.8, 1.5 * contact, finest, contact / pixels, int(6.6 * pixels), 5)
+            surface = with_share(surface, 0.05)
+            middle = 0.5 * surface.count * surface.pixel
+            cycles, seconds = followed(surface, (middle, middle))
+            longest = max(longest, seconds)
+            print(
+                f"E* {1e3 * modulus:g} MPa, contact {contact:.0f} nm, {pixels} pixels: "
+                f"± {float(cycles.pull_off_errors[0]):.1%}, {seconds:.2f} s",
+                flush=True,
+            )
+    pair = {"sphere_radius": 5000, "contact_modulus": 0.03, "work_of_adhesion": 0.05, "adhesion_range": 0.3}
+    scan = roughxr.open_sample("glass").contact.assign_pair(**pair)
+    for centre in (1250.0, 2500.0, 3750.0):
+        cycles, seconds = followed_on(scan, (centre, centre))
+        longest = max(longest, seconds)
+        print(f"sample 'glass': ± {float(cycles.pull_off_errors[0]):.1%}, {seconds:.2f} s", flush=True)
+    print(f"longest: {longest:.2f} s")
 
 
 def main():
@@ -379,8 +429,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("parts", nargs="*", choices=list(parts), help="default: all")
     parser.add_argument("--references", help="file of the results on cells")
+    parser.add_argument("--budget", type=int, default=600, help="processor time (s) of a place on cells (default 600)")
     options = parser.parse_args()
-    references = References(options.references)
+    references = References(options.references, options.budget)
     for name in options.parts or parts:
         parts[name](*([references] if name in ("rough", "limits") else []))
 

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kernels.adhesion import front
-from ..kernels.topography.interpolation import bicubic_spline
+from ..kernels.topography.circles import heights_on_circles
+from ..scans import regions
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.refusal import Refusal
 from .adhesion_on_cells import Adhesion
@@ -20,8 +21,11 @@ from .pressing import LARGEST_SETTLING
 from .problem import Place, Problem, Surface, cell_axes, surface_at
 from .refinement import first_refinement, with_settling
 
-#: Cells along a side of a pixel from which the heights between the points are interpolated.
+#: Cells along a side of a pixel between which splines interpolate; without shorter wavelengths than two pixels.
 _CELLS = 2
+
+#: Pixels beyond the points between whose heights splines interpolate.
+_MARGIN = 16
 
 #: Points along a radius, and along the edge of JKR's contact, to a pixel.
 _RADII = 2.0
@@ -112,18 +116,43 @@ class Points(NamedTuple):
         return self._replace(spacing=2 * self.spacing, angles=self.angles // 2, step=2 * self.step)
 
 
-def landscape_at(surface: Surface, axes: tuple[np.ndarray, np.ndarray], points: Points) -> front.Landscape:
-    """Return the landscape of a surface on cells, whose centres lie at ``axes`` (nm from the contact centre)."""
-    separation = surface.separation
+def place_within(place: Place, axes: tuple[np.ndarray, np.ndarray], points: Points) -> Place:
+    """Return the pixels of a place, at ``axes`` (nm from the contact centre), that the points need."""
+    window = place.window
+    slices = []
+    for at, pixels in zip(points.middle, axes):
+        reach = points.radius + _MARGIN * (pixels[1] - pixels[0])
+        slices.append(slice(*np.searchsorted(pixels, [at - reach, at + reach])))
+    rows, columns = slices
+    window = regions.Window(
+        slice(window.rows.start + rows.start, window.rows.start + rows.stop),
+        slice(window.columns.start + columns.start, window.columns.start + columns.stop),
+        missing=(0, 0),
+        origin=(float(axes[0][rows][0]), float(axes[1][columns][0])),
+    )
+    return place._replace(height=place.height[rows, columns], window=window)
+
+
+class Circles(NamedTuple):
+    """The undeformed bodies at the points."""
+
+    radii: np.ndarray  # nm
+    separation: np.ndarray  # (radius, angle), nm
+    slope: np.ndarray  # its derivative by the radius
+
+    @property
+    def halved(self) -> Circles:
+        """The bodies at half as many points along radii and angles."""
+        return Circles(self.radii[::2], self.separation[::2, ::2], self.slope[::2, ::2])
+
+
+def circles_at(place: Place, problem: Problem, points: Points) -> Circles:
+    """Return the bodies at the points about one place, by splines between the cells of a problem."""
+    separation = surface_at(place, problem).separation
     separation = np.where(np.isfinite(separation), separation, separation[np.isfinite(separation)].max())
-    between = bicubic_spline(*axes, separation)
-    r = np.arange(0.0, points.radius, points.spacing)
-    angle = 2 * np.pi * np.arange(points.angles) / points.angles
-    along_x, along_y = np.cos(angle), np.sin(angle)
-    x = points.middle[0] + r[:, None] * along_x
-    y = points.middle[1] + r[:, None] * along_y
-    slope = between.ev(x, y, dx=1) * along_x + between.ev(x, y, dy=1) * along_y
-    return front.landscape(r, between.ev(x, y), slope)
+    radii = np.arange(0.0, points.radius, points.spacing)
+    angles = 2 * np.pi * np.arange(points.angles) / points.angles
+    return Circles(radii, *heights_on_circles(cell_axes(place, problem), separation, points.middle, radii, angles))
 
 
 class Unfollowed(Exception):
@@ -224,34 +253,37 @@ def front_results(cycles: FrontCycles, problem: Problem, adhesion: Adhesion) -> 
 
 def front_cycles(place: Place, problem: Problem, adhesion: Adhesion) -> FrontCycles:
     """Return the cycles of one place to each preload and the errors of their pull-offs; raises `Unfollowed`."""
-    surfaces = [surface_at(place, problem._replace(refine=_CELLS, splined=splined)) for splined in (False, True)]
-    axes = cell_axes(place, problem._replace(refine=_CELLS))
-
-    def edge_of(points: Points, splined: bool = False) -> front.Front:
-        return front.Front(landscape_at(surfaces[splined], axes, points), problem.contact_modulus, adhesion.work)
-
+    on_pixels = problem._replace(refine=1)
+    axes = cell_axes(place, on_pixels)
     points = _usual_points(problem, adhesion, axes)
-    for _ in range(_MOST_CENTRINGS):
+    on_cells = problem._replace(refine=_CELLS if points.spacing < problem.pixel else 1)
+
+    def edge_on(circles: Circles) -> front.Front:
+        return front.Front(front.landscape(*circles), problem.contact_modulus, adhesion.work)
+
+    for attempt in range(_MOST_CENTRINGS):
         # fewest points along a radius of the coarser solution
         if points.radius < 8 * points.halved.spacing:
             raise Unfollowed
-        coarse = edge_of(points.halved)
+        circles = circles_at(place_within(place, axes, points), on_cells, points)
+        coarse = edge_on(circles.halved)
         coarse_cycles = _cycles(coarse, points.halved.step, adhesion.preloads)
         shift, radius = _middle(coarse_cycles[-1].pull_off.radius)
-        if np.hypot(*shift) < _CENTRED * radius:
+        if np.hypot(*shift) < _CENTRED * radius or attempt == _MOST_CENTRINGS - 1:
             break
         middle = points.middle[0] + shift[0], points.middle[1] + shift[1]
         points = _within(points._replace(middle=middle), axes)
     coarse_pulls = _pull_offs(coarse_cycles)
     pressed = _pressed_pull_offs(coarse, points.halved.step, coarse_cycles, adhesion.preloads) / coarse_pulls
-    cycles = _cycles(edge_of(points), points.step, adhesion.preloads)
+    cycles = _cycles(edge_on(circles), points.step, adhesion.preloads)
     pulls = _pull_offs(cycles)
-    splined = _cycles(edge_of(points.halved, splined=True), points.halved.step, adhesion.preloads)
+    splined = edge_on(circles_at(place_within(place, axes, points), on_pixels, points.halved))
+    splined_pulls = _pull_offs(_cycles(splined, points.halved.step, adhesion.preloads))
     errors = {
         "mesh_error": np.abs(coarse_pulls / pulls - 1),
-        "interpolation_error": np.abs(_pull_offs(splined) / coarse_pulls - 1),
+        "interpolation_error": np.abs(splined_pulls / coarse_pulls - 1),
     }
-    return FrontCycles(surfaces[0], points, cycles, pressed * pulls, errors)
+    return FrontCycles(surface_at(place, on_pixels), points, cycles, pressed * pulls, errors)
 
 
 def _pull_offs(cycles: list[Cycle]) -> np.ndarray:

@@ -26,11 +26,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..halfspace.transforms import lowlevel
 from ..jit import kernel
 
 #: Largest imbalance of an edge at rest, as a part of L = √(2πmw/E*), and most steps of motion.
 TOLERANCE = 1e-4
 _MOST_STEPS = 20_000
+
+#: Powers (r/a)ⁿ that are neglected.
+_NEGLIGIBLE = 1e-12
 
 #: Results of a motion: at rest, lost, beyond the radii, too slow.
 AT_REST, LOST, BEYOND, SLOW = range(4)
@@ -59,22 +63,33 @@ def landscape(r, s, s_slope):
     spacing = r[1] - r[0]
     a = r[1:]
     harmonics = np.fft.rfft(s, axis=1)
-    slopes = np.fft.rfft(s_slope, axis=1)
-    weights = a[:, None] * _weights(a, r)
-    ratio = np.where(r <= 1.000001 * a[:, None], r / a[:, None], 0.0)
-    per_radius = np.divide(1.0, r, out=np.zeros(r.size), where=r > 0)
-    g = np.empty((a.size, harmonics.shape[1]), complex)
-    for n in range(g.shape[1]):
-        integrand = slopes[:, n] + n * harmonics[:, n] * per_radius
-        if n == 1:
-            integrand[0] = 2.0 * slopes[0, n]  # s/r in the middle
-        g[:, n] = weights @ integrand
-        weights *= ratio
+    n = np.arange(harmonics.shape[1])
+    integrand = np.fft.rfft(s_slope, axis=1)
+    integrand[0, 1] *= 2.0  # s/r in the middle
+    integrand[1:] += n * harmonics[1:] / a[:, None]
+    g = _integrated(a, r, _weights(a, r), integrand)
     g[:, 0] += harmonics[0, 0]
     g = np.fft.irfft(g, s.shape[1], axis=1)
     integral = np.zeros_like(g)
     integral[1:] = np.cumsum(0.5 * spacing * (g[1:] + g[:-1]), axis=0)
     return Landscape(a, g, np.gradient(g, spacing, axis=0), integral)
+
+
+@kernel
+def _integrated(a, r, weights, integrand):
+    """Return a Σ weights (r/a)ⁿ integrand over the radii r for each radius a and harmonic n (nr, nθ/2 + 1)."""
+    out = np.zeros((a.size, integrand.shape[1]), np.complex128)
+    for i in range(a.size):
+        for j in range(i + 2):
+            power = a[i] * weights[i, j]
+            ratio = min(r[j] / a[i], 1.0)
+            least = _NEGLIGIBLE * power
+            for n in range(integrand.shape[1]):
+                out[i, n] += power * integrand[j, n]
+                power *= ratio
+                if power < least:
+                    break
+    return out
 
 
 def _weights(a, r):
@@ -90,70 +105,61 @@ def _weights(a, r):
     return weights
 
 
-def harmonic_weights(count, factor):
-    """Return factor(|n|) of all harmonics of ``count`` angles as the weights of a sum over angular distances."""
-    n = np.arange(count // 2 + 1)
-    return np.fft.irfft(factor(n), count)
+@kernel
+def _imbalance(radii, edge_delta, slope, excess, delta, a, out):
+    """Write the displacement g − Δ − √a ``excess`` that an edge lacks to rest; return its largest, and the largest g′.
+
+    ``excess`` are by angle what P at rest exceeds the nonlocal part by, √nm.
+    """
+    largest = 0.0
+    steepest = 1e-9
+    for k in range(a.size):
+        place = min(max((a[k] - radii[0]) / (radii[1] - radii[0]), 0.0), radii.size - 1.000001)
+        i = int(place)
+        part = place - i
+        g = (1.0 - part) * edge_delta[i, k] + part * edge_delta[i + 1, k]
+        out[k] = g - delta - np.sqrt(a[k]) * excess[k]
+        largest = max(largest, abs(out[k]))
+        steepest = max(steepest, (1.0 - part) * slope[i, k] + part * slope[i + 1, k])
+    return largest, steepest
 
 
 @kernel
-def _interpolated(table, radii, a, k):
-    """Return a table (radius, angle) at radius a and the angle of index k."""
-    spacing = radii[1] - radii[0]
-    place = min(max((a - radii[0]) / spacing, 0.0), radii.size - 1.000001)
-    i = int(place)
-    part = place - i
-    return (1.0 - part) * table[i, k] + part * table[i + 1, k]
-
-
-@kernel(reorder=True)
-def _convolved(weights, values, out):
-    """Write Σ weights[j − k] values[k] to ``out``; ``weights`` are even, of one turn, twice."""
-    n = values.size
-    for j in range(n):
-        shifted = weights[n - j : 2 * n - j]
-        total = 0.0
-        for k in range(n):
-            total += shifted[k] * values[k]
-        out[j] = total
-
-
-@kernel
-def move_to_rest(radii, edge_delta, slope, rest, delta, a, stiff, filters, times):
+def move_to_rest(radii, edge_delta, slope, rest, delta, a):
     """Move an edge until it rests; return a result (``AT_REST`` …) and the number of steps.
 
-    ``rest`` is P at rest, √nm. ``stiff`` are weights of |n|, ``filters`` those of 1/(1 + t |n|) for each of the rising
-    ``times`` t: the nonlocal part is implicit. ``a`` is changed in place.
+    ``rest`` is P at rest, √nm. ``a`` is changed in place. Each step takes the nonlocal part implicitly: the imbalance
+    is divided by g′ + (L/2m) |n|, with the steepest g′ of all angles.
     """
     n = a.size
-    spacing = radii[1] - radii[0]
-    imbalance = np.empty(n)
-    spread = np.empty(n)
+    axes = np.array([1])
+    imbalance = np.empty((1, n))
+    harmonics = np.empty((1, n // 2 + 1), np.complex128)
+    motion = np.empty((2, n // 2 + 1), np.complex128)
+    moved = np.empty((2, n))  # motion of the edge, and Σ |n| of it
+    spread = np.empty((1, n))  # Σ |n| a_n e^{inθ}
+    imbalance[0] = a
+    lowlevel.r2c(imbalance, harmonics, axes, True, 1.0 / n, 1)
+    for k in range(harmonics.size):
+        harmonics[0, k] *= k
+    lowlevel.c2r(harmonics, spread, axes, False, 1.0, 1)
     for step in range(_MOST_STEPS):
         mean = a.mean()
-        _convolved(stiff, a, spread)
-        second = 0.0
-        for k in range(n):
-            spread[k] *= rest / (2.0 * mean)
-            second += spread[k] ** 2 / (2.0 * rest * n)
-        largest = 0.0
-        steepest = 1e-9
-        for k in range(n):
-            P = (_interpolated(edge_delta, radii, a[k], k) - delta) / np.sqrt(a[k])
-            imbalance[k] = np.sqrt(a[k]) * (P + spread[k] + second - rest)
-            largest = max(largest, abs(imbalance[k]))
-            steepest = max(steepest, _interpolated(slope, radii, a[k], k))
+        stiffness = rest / (2.0 * mean)
+        second = np.sum(spread[0] ** 2) * stiffness**2 / (2.0 * rest * n)
+        excess = rest - second - stiffness * spread[0]
+        largest, steepest = _imbalance(radii, edge_delta, slope, excess, delta, a, imbalance[0])
         L = rest * np.sqrt(mean)
         if largest < TOLERANCE * L:
             return AT_REST, step
-        level = min(np.searchsorted(times, L / (2.0 * mean * steepest)), times.size - 1)
-        _convolved(filters[level], imbalance, spread)
-        longest = 0.0
-        for k in range(n):
-            longest = max(longest, abs(spread[k]))
-        scale = min(1.0 / steepest, spacing / longest)
-        for k in range(n):
-            a[k] -= scale * spread[k]
+        lowlevel.r2c(imbalance, harmonics, axes, True, 1.0 / n, 1)
+        for k in range(harmonics.size):
+            motion[0, k] = harmonics[0, k] / (1.0 + k * L / (2.0 * mean * steepest))
+            motion[1, k] = k * motion[0, k]
+        lowlevel.c2r(motion, moved, axes, False, 1.0, 1)
+        scale = min(1.0 / steepest, (radii[1] - radii[0]) / np.abs(moved[0]).max())
+        a -= scale * moved[0]
+        spread[0] -= scale * moved[1]
         if a.min() < 1.001 * radii[0]:
             return LOST, step
         if a.max() > radii[-2]:
@@ -169,18 +175,13 @@ class Front:
         self.modulus = modulus
         self.rest = np.sqrt(2.0 * np.pi * work / modulus)
         count = shape.edge_delta.shape[1]
-        self.stiff = np.tile(harmonic_weights(count, lambda n: n * 1.0), 2)
-        self.times = 2.0 ** np.arange(-12.0, 13.0)
-        filters = [harmonic_weights(count, lambda n, t=t: 1.0 / (1.0 + t * n)) for t in self.times]
-        self.filters = np.tile(np.array(filters), (1, 2))
         self.radius = np.full(count, 2.0 * shape.radii[1])
 
     def move(self, delta):
         """Move the edge to rest at a displacement, nm; return ``AT_REST``, ``LOST``, ``BEYOND`` or ``SLOW``."""
         a = self.radius.copy()
         shape = self.shape
-        fields = shape.radii, shape.edge_delta, shape.slope
-        result, _ = move_to_rest(*fields, self.rest, delta, a, self.stiff, self.filters, self.times)
+        result, _ = move_to_rest(shape.radii, shape.edge_delta, shape.slope, self.rest, delta, a)
         if result == AT_REST:
             self.radius = a
         return result
