@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from roughxr.mechanics.kernels.topography.circles import heights_on_circles
 from roughxr.mechanics.kernels.topography.interpolation import band_limited, splined
 
 
@@ -72,6 +73,28 @@ def test_single_pixels_and_rows_stay_what_they_are():
     np.testing.assert_allclose(band_limited(np.array([[2.0]]), 3), 2.0)
     row = np.array([[0.0, 1.0, 0.5, 2.0]])
     np.testing.assert_allclose(band_limited(row, 3)[1, 1::3], row[0], atol=1e-12)
+
+
+def test_heights_on_circles_and_their_slopes_are_those_of_the_surface():
+    surface = waves_of(10.0, 1)
+    pixels = np.arange(64)
+    middle = 31.3, 32.6
+    radii = np.linspace(0.0, 30.0, 7)
+    angles = 2 * np.pi * np.arange(16) / 16
+    axes = 5.0 * pixels - 40.0, 5.0 * pixels + 20.0
+    heights, slopes = heights_on_circles(
+        axes, surface(pixels, pixels), (5.0 * middle[0] - 40.0, 5.0 * middle[1] + 20.0), 5.0 * radii, angles
+    )
+    for k, (along_x, along_y) in enumerate(zip(np.cos(angles), np.sin(angles))):
+        line = [np.diag(surface(middle[0] + r * along_x, middle[1] + r * along_y)) for r in (radii, radii + 1e-4)]
+        np.testing.assert_allclose(heights[:, k], line[0], atol=0.01)
+        np.testing.assert_allclose(slopes[:, k], (line[1] - line[0]) / 5e-4, atol=0.003)
+
+
+def test_a_plane_is_kept_on_circles_that_end_at_the_outermost_pixels():
+    x = np.arange(-8.0, 9.0)
+    heights, slopes = heights_on_circles((x, x), np.add.outer(0.3 * x, -0.7 * x), (0, 0), np.array([8.0]), np.zeros(1))
+    assert heights == pytest.approx(2.4, abs=1e-5) and slopes == pytest.approx(0.3, abs=1e-5)
 
 
 def scan_of(height, pixel):

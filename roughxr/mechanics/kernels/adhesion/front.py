@@ -139,9 +139,9 @@ def move_to_rest(radii, edge_delta, slope, rest, delta, a):
     moved = np.empty((2, n))  # motion of the edge, and Σ |n| of it
     spread = np.empty((1, n))  # Σ |n| a_n e^{inθ}
     imbalance[0] = a
-    lowlevel.r2c(imbalance, harmonics, axes, True, 1.0 / n, 1)
+    lowlevel.r2c(imbalance, harmonics, axes, True, 1.0, 1)
     for k in range(harmonics.size):
-        harmonics[0, k] *= k
+        harmonics[0, k] *= k / n
     lowlevel.c2r(harmonics, spread, axes, False, 1.0, 1)
     for step in range(_MOST_STEPS):
         mean = a.mean()
@@ -152,9 +152,9 @@ def move_to_rest(radii, edge_delta, slope, rest, delta, a):
         L = rest * np.sqrt(mean)
         if largest < TOLERANCE * L:
             return AT_REST, step
-        lowlevel.r2c(imbalance, harmonics, axes, True, 1.0 / n, 1)
+        lowlevel.r2c(imbalance, harmonics, axes, True, 1.0, 1)
         for k in range(harmonics.size):
-            motion[0, k] = harmonics[0, k] / (1.0 + k * L / (2.0 * mean * steepest))
+            motion[0, k] = harmonics[0, k] / (n + n * k * L / (2.0 * mean * steepest))
             motion[1, k] = k * motion[0, k]
         lowlevel.c2r(motion, moved, axes, False, 1.0, 1)
         scale = min(1.0 / steepest, (radii[1] - radii[0]) / np.abs(moved[0]).max())
