@@ -26,11 +26,20 @@ else:
 #: Several Axes, as matplotlib's ``subplots`` returns them.
 Panels: TypeAlias = Sequence[Axes] | np.ndarray
 
-#: Width of one column, and of two, inches.
-COLUMN, PAGE = 85 / 25.4, 175 / 25.4
+#: Width of one column, inches.
+COLUMN = 85 / 25.4
 
-#: Font sizes in points: tick labels and small print; axis labels and legends; titles.
-SMALL, TEXT, TITLE = 6.5, 7.0, 8.0
+#: Width of two columns, inches.
+PAGE = 175 / 25.4
+
+#: Font size of tick labels and small print, points.
+SMALL = 6.5
+
+#: Font size of axis labels and legends, points.
+TEXT = 7.0
+
+#: Font size of titles, points.
+TITLE = 8.0
 
 #: matplotlib's settings while a figure is drawn; the user's are restored afterwards.
 SETTINGS: dict[Any, Any] = {

@@ -38,8 +38,11 @@ _PULL_OFFS = {
     "rigid": "pull_off_force_rigid",
 }
 
-#: Largest number of pixels along a side of the scan, and of displacements in a curve.
-_SCAN_PIXELS, _POINTS = 1200, 320
+#: Largest number of pixels along a side of the scan.
+_SCAN_PIXELS = 1200
+
+#: Largest number of displacements in a curve.
+_POINTS = 320
 
 
 @archive.checked_names

@@ -37,8 +37,11 @@ _NOISE = (
 
 _POSITION = ("subregion_x", "subregion_y")
 
-#: Significant digits of tables for readers: of values, and of errors.
-_DIGITS, _ERROR_DIGITS = 4, 2
+#: Significant digits of values in tables for readers.
+_DIGITS = 4
+
+#: Significant digits of their errors.
+_ERROR_DIGITS = 2
 
 #: Groups of the critical flow, by the method of the pull-off force.
 CRITICAL = {"extrapolated": "statistics/detachment_extrapolated", "adhesive": "statistics/detachment"}

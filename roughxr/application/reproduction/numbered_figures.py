@@ -41,8 +41,17 @@ _METHODS = {"published": "published", "self_similar": "corrected", "energy": "le
 #: The figure that tests the paper's conclusion.
 _BY_PLACE = "superposition-by-place"
 
-#: The paper's pull-off forces (nN) of the smooth sphere and of figure 15's place, and mean and std of figure 16.
-_SMOOTH, _PLACE, _MEAN, _STD = 19.1e3, 8.6e3, 2.0e3, 1.37e3
+#: The paper's pull-off force of the smooth sphere, nN.
+_SMOOTH = 19.1e3
+
+#: The paper's pull-off force of figure 15's place, nN.
+_PLACE = 8.6e3
+
+#: Mean of the paper's figure 16, nN.
+_MEAN = 2.0e3
+
+#: Standard deviation of the paper's figure 16, nN.
+_STD = 1.37e3
 
 
 def paper_figures(run: Run, names: Iterable[str] | None = None) -> Iterator[tuple[str, object]]:

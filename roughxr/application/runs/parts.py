@@ -47,14 +47,20 @@ from .run_mesh import converged_mesh, need_pull_off, refuse_soft, show_answer
 #: Largest cells (nm) of rigid bodies, at most eight to a pixel.
 _RIGID_CELL = 2.5
 
-#: Places of the usual formulas, and of force over displacement.
-_FORMULA_PLACES, _CURVE_PLACES = 16, 4
+#: Places of the usual formulas.
+_FORMULA_PLACES = 16
+
+#: Places of force over displacement.
+_CURVE_PLACES = 4
 
 #: Number of steps from which force over displacement, of soft bodies, is computed at one place only.
 _MANY_STEPS = 20
 
-#: Number of displacements of force over displacement, and its range beyond pull-off and preload, over their distance.
-_CURVE_POINTS, _CURVE_MARGIN = 12, 0.5
+#: Number of displacements of force over displacement.
+_CURVE_POINTS = 12
+
+#: Their range beyond pull-off and preload, over the distance of both.
+_CURVE_MARGIN = 0.5
 
 #: Duration of the simulation with levers over that without, between 1.4 (the paper's bodies) and 4.2 (contacts of few
 #: cells: ``tests/benchmarks/levers.py --cost``, plus 1).

@@ -13,8 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-#: Number of bins of a stretch, and smallest number of them in a baseline.
-_BINS, _LEAST_BINS = 100, 8
+#: Number of bins of a stretch.
+_BINS = 100
+
+#: Smallest number of bins in a baseline.
+_LEAST_BINS = 8
 
 #: Other parts of the longest stretch, whose lines give the error by its choice.
 _PARTS = (0.3, 0.5, 0.8, 1.0)

@@ -40,14 +40,26 @@ from ...mechanics.vocabulary.units import Quantity, fraction, positive, single
 from .baselines import Baseline, least_error_line, straight_baseline, with_choice_error
 from .force_curves import at_places, evaluated_retraction, recorded_curves, retraction_pull
 
-#: Points of a branch; largest number of bins of a contact, and smallest number of its samples.
-_POINTS, _BINS, _LEAST_CONTACT = 1500, 150, 10
+#: Points of a branch.
+_POINTS = 1500
 
-#: Share of the largest tension below which the sphere has detached; significant force in standard deviations.
-_DETACHED, _SIGNIFICANCE = 0.25, 5.0
+#: Largest number of bins of a contact.
+_BINS = 150
 
-#: Range of ln of the contact modulus in GPa; standard deviation of ln of the ratio of both works of adhesion.
-_LOG_MODULUS, _APPROACH_ADHESION = (-16.0, 9.0), 1.0
+#: Smallest number of samples of a contact.
+_LEAST_CONTACT = 10
+
+#: Share of the largest tension below which the sphere has detached.
+_DETACHED = 0.25
+
+#: Significant force in standard deviations.
+_SIGNIFICANCE = 5.0
+
+#: Range of ln of the contact modulus in GPa.
+_LOG_MODULUS = (-16.0, 9.0)
+
+#: Standard deviation of ln of the ratio of both works of adhesion.
+_APPROACH_ADHESION = 1.0
 
 #: Factor on the variance, for the error of the noise and its correlation, which a short baseline gives: without it,
 #: intervals of 95 % contained 91 to 97 % of synthetic values.
@@ -59,12 +71,20 @@ _MISFIT = 3.0
 #: Changes of the modulus' logarithm from which a fit is begun again.
 _OTHER_MODULI = (-4.5, -3.0, -1.5, 1.5)
 
-#: Points of Hertz's law, its fewest samples on an approach, and its largest error of the modulus' logarithm.
-_HERTZ_POINTS, _LEAST_HERTZ, _LARGEST_HERTZ = 300, 20, 1.5
+#: Points of Hertz's law.
+_HERTZ_POINTS = 300
 
-#: Standard error of a logarithm from which on its interval follows from the likelihood, not from the curvature; change
-#: of a logarithm up to which its end is sought.
-_LARGE_ERROR, _LARGEST_CHANGE = 0.15, 9.0
+#: Its fewest samples on an approach.
+_LEAST_HERTZ = 20
+
+#: Its largest error of the modulus' logarithm.
+_LARGEST_HERTZ = 1.5
+
+#: Standard error of a logarithm from which on its interval follows from the likelihood, not from the curvature.
+_LARGE_ERROR = 0.15
+
+#: Change of a logarithm up to which the end of its interval is sought.
+_LARGEST_CHANGE = 9.0
 
 _RESULT = np.dtype(
     [(f"fitted_{name}", float) for name in ("contact_modulus", "modulus_low", "modulus_high")]

@@ -28,23 +28,44 @@ from .baselines import (
 )
 from .sharp_steps import Step, contact_end, sharpest_step, smallest_detected_pull
 
-#: Smallest numbers of samples: of a retraction, of its baseline, and of the part in contact.
-_LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
+#: Smallest number of samples of a retraction.
+_LEAST_SAMPLES = 50
 
-#: A pull-off is measured if the force is so many standard deviations of the noise, and so many standard errors of the
-#: baseline, below the baseline.
-_SIGNIFICANCE, _BASELINE_SIGNIFICANCE = 5.0, 2.5
+#: Smallest number of samples of its baseline.
+_LEAST_BASELINE = 10
+
+#: Smallest number of samples of the part in contact.
+_LEAST_PRESSED = 5
+
+#: A pull-off is measured if the force is so many standard deviations of the noise below the baseline, …
+_SIGNIFICANCE = 5.0
+
+#: … and so many standard errors of the baseline.
+_BASELINE_SIGNIFICANCE = 2.5
 
 #: A jump takes at most this many samples, or one part in this many of those after the lowest.
 _LONGEST_JUMP = 10
 
-#: A straight stretch is the baseline if it is this share of the travel after the lowest force: before a tail, and
-#: in any case.
-_LEAST_STRETCH, _PLAIN = 0.3, 0.8
+#: A straight stretch before a tail is the baseline if it is this share of the travel after the lowest force.
+_LEAST_STRETCH = 0.3
 
-#: Parabola through the lowest force: most samples on either side, fewest in all; largest height above the lowest
-#: sample, then above the vertex, in standard deviations; number of iterations.
-_HALF_WIDTH, _LEAST_LOW, _SAMPLE_SPREADS, _PARABOLA_SPREAD, _ROUNDS = 41, 8, (4.0, 6.0), 2.5, 6
+#: Any straight stretch is the baseline if it is this share of that travel.
+_PLAIN = 0.8
+
+#: Parabola through the lowest force: most samples on either side.
+_HALF_WIDTH = 41
+
+#: Fewest samples of that parabola.
+_LEAST_LOW = 8
+
+#: Largest heights above the lowest sample, in standard deviations.
+_SAMPLE_SPREADS = (4.0, 6.0)
+
+#: Largest height above the parabola's vertex, in standard deviations.
+_PARABOLA_SPREAD = 2.5
+
+#: Number of iterations of the parabola.
+_ROUNDS = 6
 
 #: Rise of the force above the lowest sample, in standard deviations of the noise, by which a surface has detached.
 _DETACHED = 6.0
@@ -58,9 +79,14 @@ _SATURATED = "the detector's range ends before the largest pull"
 _PRESSED_LAST = "the force is largest at the far end; the piezo may have the opposite sign"
 _NOT_PRESSED = "the force is lowest at the first sample; it may have the opposite sign"
 
-#: A rupture: samples before and after it, and its height in standard deviations of their difference; a steady change
-#: of the force is at most this part as high on either side.
-_RUPTURE_SAMPLES, _RUPTURE_SIGNIFICANCE, _STEADY = 4, 6.0, 0.5
+#: Samples before and after a rupture.
+_RUPTURE_SAMPLES = 4
+
+#: Height of a rupture in standard deviations of the difference of both sides.
+_RUPTURE_SIGNIFICANCE = 6.0
+
+#: A steady change of the force on either side of a rupture is at most this part as high.
+_STEADY = 0.5
 
 
 #: Share of the travel that may contain the baseline, or the two shares between which it lies, from the far end.

@@ -23,8 +23,11 @@ from .channel import Channel, UnreadableScan, stated_direction
 #: TopoStats' image of the whole scan; other images are grains.
 _TOPOSTATS_IMAGE = "image"
 
-#: Beginnings of the names of JPK's attributes.
-_GRID, _SCALE = "position-pattern.grid.", "net-encoder.scaling."
+#: Beginning of the names of JPK's attributes of the grid.
+_GRID = "position-pattern.grid."
+
+#: Beginning of the names of JPK's attributes of the scale.
+_SCALE = "net-encoder.scaling."
 
 
 def is_netcdf4(path: Path) -> bool:

@@ -21,11 +21,17 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-#: Time limit: seconds, and bytes that allow one second more; a hundred times the need of intact files.
-SECONDS, BYTES_PER_SECOND = 60.0, 1e6
+#: Time limit, s, of the smallest files; a hundred times the need of intact ones.
+SECONDS = 60.0
 
-#: Limit of memory: bytes, and bytes for each of the file; several times the need of intact files.
-MEMORY, MEMORY_PER_BYTE = 2**32, 32
+#: Bytes of a file that allow one second more.
+BYTES_PER_SECOND = 1e6
+
+#: Limit of memory, bytes; several times the need of intact files.
+MEMORY = 2**32
+
+#: Further bytes for each byte of the file.
+MEMORY_PER_BYTE = 32
 
 #: Time between two looks after the caller, s.
 _BETWEEN_LOOKS = 0.5

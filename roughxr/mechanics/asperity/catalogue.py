@@ -24,11 +24,20 @@ from ..vocabulary.units import Quantity, is_whole, positive
 #: Least number of pixels in the shortest wavelength that a scan resolves; with fewer, no spline can interpolate.
 RESOLVED = 2.0
 
-#: Number of pixels along a side of a patch: the least; the least on pixels that are not refined; and the largest.
-_LEAST_PIXELS, _UNREFINED_PIXELS, _MOST_PIXELS = 3, 5, 31
+#: Least number of pixels along a side of a patch.
+_LEAST_PIXELS = 3
 
-#: Largest refinement of the pixels, and least width of the patch over the requested width.
-_MOST_REFINED, _LEAST_WIDTH = 16, 0.8
+#: Least number on pixels that are not refined.
+_UNREFINED_PIXELS = 5
+
+#: Largest number of pixels along a side of a patch.
+_MOST_PIXELS = 31
+
+#: Largest refinement of the pixels.
+_MOST_REFINED = 16
+
+#: Least width of the patch over the requested width.
+_LEAST_WIDTH = 0.8
 
 #: Variables of a catalogue that have the same names in the fit.
 _FITTED = ("height", "curvature_min", "curvature_max", "orientation", "fit_rms", "saddle", "edge", "vertex_fixed")

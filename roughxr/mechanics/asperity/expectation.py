@@ -17,8 +17,14 @@ from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.text import warn
 from .catalogue import RESOLVED, DoubtfulAsperities
 
-#: Superposed pull-off over that of the simulation: the median, and the ends of the range at nine of ten places.
-RATIO, LOW, HIGH = 0.8, 0.3, 1.4
+#: Superposed pull-off over that of the simulation, median of places.
+RATIO = 0.8
+
+#: Lower end of that ratio at nine of ten places.
+LOW = 0.3
+
+#: Upper end of that ratio at nine of ten places.
+HIGH = 1.4
 
 
 def expectation(catalogue: xr.Dataset, law: str) -> str:

@@ -58,8 +58,11 @@ MISSING = {
     "rigid": "NaN where no state is in contact",
 }
 
-#: Largest gap of cells in contact: of `adhesive`, in sides of a cell, by rounding; of `rigid`, in lengths of its law.
-_CLOSED_GAP, _RIGID_GAP = 1e-6, 1.25
+#: Largest gap of cells in contact in `adhesive`, in sides of a cell, by rounding.
+_CLOSED_GAP = 1e-6
+
+#: Largest gap of cells in contact in `rigid`, in lengths of its law.
+_RIGID_GAP = 1.25
 
 #: Moments that differ by less than this share of the largest are equal but for rounding.
 _EQUAL_MOMENTS = 1e-6

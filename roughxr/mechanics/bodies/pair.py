@@ -63,8 +63,11 @@ _RANGES = {
     "work_of_adhesion": _Range("J/m^2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
 
-#: Pixels in a sphere's radius below which it is an error, and below which a warning is given.
-_FEWEST_PIXELS, _FEW_PIXELS = 1.0, 5.0
+#: Pixels in a sphere's radius below which it is an error.
+_FEWEST_PIXELS = 1.0
+
+#: Pixels in a sphere's radius below which a warning is given.
+_FEW_PIXELS = 5.0
 
 
 def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> float:

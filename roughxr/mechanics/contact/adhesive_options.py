@@ -26,9 +26,14 @@ from .estimates import automatic_law, median_tabor
 from .mesh import FRONT, MOST_REFINED, Mesh, TooManyCells
 from .problem import Problem, deepest, hertz_displacement, places, read_problem, surface_at
 
-#: The usual step, in ranges of adhesion and as a part of JKR's displacement δ_c: the longer of both. The first steps of
-#: a run are longer by the last factor; a few places are repeated with half of them.
-_STEP_OF_RANGE, _STEP_OF_DISPLACEMENT, LONG_STEP = 5 / 6, 1 / 40, 1.6
+#: The usual step in ranges of adhesion; the longer of this and the next is taken.
+_STEP_OF_RANGE = 5 / 6
+
+#: The usual step as a part of JKR's displacement δ_c.
+_STEP_OF_DISPLACEMENT = 1 / 40
+
+#: The first steps of a run are longer by this factor; a few places are repeated with half of them.
+LONG_STEP = 1.6
 
 #: A mesh whose cells are the scan's pixels.
 _AS_SCANNED = Mesh(1, None)

@@ -23,8 +23,11 @@ from .problem import Place, cell_axes, surface_at
 #: Change of the lever from cells twice as large, over the mean of all directions, above which cells are halved again.
 _ACCURACY = 0.1
 
-#: Largest number of cells within range: of meshes finer than that of the pull-off, and of all.
-_MOST_FINER_CELLS, _LARGEST_MESH = 5_000, 1_000_000
+#: Largest number of cells within range of meshes finer than that of the pull-off.
+_MOST_FINER_CELLS = 5_000
+
+#: Largest number of cells within range of all meshes.
+_LARGEST_MESH = 1_000_000
 
 #: Error over the last change by the mesh, without range: edges converge with the root of the cell, so that all further
 #: changes together exceed the last. Set on the soft surfaces 54 and 55 of ``tests/benchmarks/levers.py``.

@@ -42,8 +42,14 @@ __all__ = [
     "tabor_parameter",
 ]
 
-#: Rabinovich's geometry: caps of height 1.82 rms and radius λ²/(58 rms); hemispheres of radius 1.48 rms.
-_CAP_HEIGHT, _CAP_RADIUS, _HEMISPHERE = 1.82, 58.0, 1.48
+#: Rabinovich's caps: height over the rms height.
+_CAP_HEIGHT = 1.82
+
+#: Rabinovich's caps: λ² over radius and rms height.
+_CAP_RADIUS = 58.0
+
+#: Rabinovich's hemispheres: radius over the rms height.
+_HEMISPHERE = 1.48
 
 #: Units of options that are numbers or quantities.
 _UNITS = {"contact_modulus": "GPa", "young_modulus": "GPa", "curvature_min": "1/nm", "curvature_max": "1/nm"}

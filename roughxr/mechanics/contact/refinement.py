@@ -29,14 +29,18 @@ _PRESSED_CELLS = 4
 #: Least stated error without range: the mean error of smooth spheres.
 _LEAST_ERROR = 0.006
 
-#: The refinements that mesh="auto" may choose, and the largest number of meshes at a place: a fifth would cost four
-#: times as much as the others together.
-REFINEMENTS, _MOST_MESHES = (1, 2, 4, 8, 16), 4
+#: The refinements that mesh="auto" may choose.
+REFINEMENTS = (1, 2, 4, 8, 16)
+
+#: The largest number of meshes at a place: a fifth would cost four times as much as the others together.
+_MOST_MESHES = 4
 
 #: Root mean square of the relative error of a mesh without range, times the square of the radius (cells) of the
-#: smallest contact at pull-off: spheres of 1.5 to 14 cells (``tests/benchmarks/without_range.py``). A single mesh
-#: states three times as much. Two meshes state it as well, since they may agree by chance.
-_MESH_ERROR, _DEVIATIONS = 0.5, 3.0
+#: smallest contact at pull-off: spheres of 1.5 to 14 cells (``tests/benchmarks/without_range.py``).
+_MESH_ERROR = 0.5
+
+#: A single mesh states so many times that error. Two meshes state it as well, since they may agree by chance.
+_DEVIATIONS = 3.0
 
 #: Radius (pixels) of a contact at pull-off from which on pixels are taken, where finer meshes do not agree.
 _PIXEL_RADIUS = 4.0

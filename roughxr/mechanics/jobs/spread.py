@@ -34,8 +34,11 @@ from ..vocabulary.text import warn
 from .interrupts import is_interrupt
 from .progress import subregion_bar
 
-#: Time (s) without a result after which workers are counted, and between two looks for results.
-_PATIENCE, _POLL = 15.0, 0.02
+#: Time (s) without a result after which workers are counted.
+_PATIENCE = 15.0
+
+#: Time (s) between two looks for results.
+_POLL = 0.02
 
 _LOCAL = ("threads", "processes", "synchronous")
 

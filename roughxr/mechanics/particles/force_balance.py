@@ -42,8 +42,11 @@ NEITHER, NO_CONTACT, NO_REST = "none", "no contact", "no rest"
 
 _MISSING = "NaN where no load moves the sphere, nothing is in contact or the sphere does not rest; see mode"
 
-#: Number of strengths that bracket the critical strength, and of bisections after that.
-_STRENGTHS, _HALVINGS = 240, 60
+#: Number of strengths that bracket the critical strength.
+_STRENGTHS = 240
+
+#: Number of bisections after that.
+_HALVINGS = 60
 
 
 class Resistance(NamedTuple):

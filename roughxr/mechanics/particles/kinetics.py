@@ -20,8 +20,11 @@ from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantities, Quantity, factor, magnitude, positive
 from .loads import FLOWS, Flow, lift, read_flow
 
-#: rms of the removal force over its mean, and frequency of the wall flow in units of u*²/ν.
-FLUCTUATION, FREQUENCY = 0.366, 0.0413
+#: rms of the removal force over its mean.
+FLUCTUATION = 0.366
+
+#: Frequency of the wall flow in units of u*²/ν.
+FREQUENCY = 0.0413
 
 
 def biasi_adhesion(radius: Quantity) -> tuple[np.ndarray, np.ndarray]:

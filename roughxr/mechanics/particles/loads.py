@@ -23,8 +23,11 @@ from ..vocabulary import schema
 from ..vocabulary.calls import checked_class
 from ..vocabulary.units import factor, magnitude, positive
 
-#: Density (kg/m³) and kinematic viscosity (m²/s) of air at 20 °C, as in Reeks & Hall (2001).
-AIR_DENSITY, AIR_VISCOSITY = 1.181, 1.539e-5
+#: Density (kg/m³) of air at 20 °C, as in Reeks & Hall (2001).
+AIR_DENSITY = 1.181
+
+#: Kinematic viscosity (m²/s) of air at 20 °C, as in Reeks & Hall (2001).
+AIR_VISCOSITY = 1.539e-5
 
 #: Standard gravity, m/s².
 GRAVITY = 9.80665

@@ -27,8 +27,11 @@ from .force_balance import (
 from .kinetics import not_negative, survival
 from .loads import LOADS, Body, Flow
 
-#: Confidence level of the band, and its number of resamples.
-_CONFIDENCE, _RESAMPLES = 0.95, 399
+#: Confidence level of the band.
+_CONFIDENCE = 0.95
+
+#: Number of resamples of the band.
+_RESAMPLES = 399
 
 
 @for_each_condition

@@ -19,9 +19,14 @@ _FEWEST_LINES = 16
 #: A scar is a line that differs from its neighbours this many times more than any line in the other direction.
 _SCAR_RATIO = 3.0
 
-#: Heights wrapped around if neighbours differ by this share of the range, in at least this many pairs, and this share
-#: of the heights lies in the middle half of the range, where a grating of two levels has hardly any.
-_WRAPPED_JUMP, _FEWEST_WRAPS, _BETWEEN_SHARE = 0.9, 8, 0.2
+#: Heights wrapped around if neighbours differ by this share of the range, …
+_WRAPPED_JUMP = 0.9
+
+#: … in at least this many pairs, …
+_FEWEST_WRAPS = 8
+
+#: … and this share of the heights lies in the middle half of the range, where a grating of two levels has hardly any.
+_BETWEEN_SHARE = 0.2
 
 
 class ImplausibleScan(RoughxrWarning):

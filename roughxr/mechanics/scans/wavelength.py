@@ -14,8 +14,11 @@ import numpy as np
 
 from .cache import cached
 
-#: Pixels along a side of the parts that are used, and the largest number of parts along each axis.
-_SIDE, _PARTS = 256, 4
+#: Pixels along a side of the parts that are used.
+_SIDE = 256
+
+#: Largest number of parts along each axis.
+_PARTS = 4
 
 
 class SpectralMeasures(NamedTuple):

@@ -59,8 +59,11 @@ _ENDS_IN_WORDS = {
     "likelihood_high": "upper end by a likelihood, ",
 }
 
-#: Prior of a logarithm's standard deviation, and its degrees of freedom: measured scans have 0.01 … 0.78.
-_PRIOR_SPREAD, _PRIOR_FREEDOM = 0.8, 3
+#: Prior of a logarithm's standard deviation: measured scans have 0.01 … 0.78.
+_PRIOR_SPREAD = 0.8
+
+#: Degrees of freedom of that prior.
+_PRIOR_FREEDOM = 3
 
 
 def bootstrap(

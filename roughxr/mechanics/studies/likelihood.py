@@ -33,8 +33,14 @@ _LEVELS = np.linspace(0.05, 0.95, 19)
 #: Factor on a fixed quantity, to determine its effect on the fitted value.
 CHANGE = 1.2
 
-#: Largest number of solved values; longest step beyond them, and largest distance of a root from a solved value (ln).
-_MOST_VALUES, _LONGEST_STEP, _CLOSE_ENOUGH = 14, np.log(4.0), 0.05
+#: Largest number of solved values.
+_MOST_VALUES = 14
+
+#: Longest step beyond the solved values (ln).
+_LONGEST_STEP = np.log(4.0)
+
+#: Largest distance of a root from a solved value (ln).
+_CLOSE_ENOUGH = 0.05
 
 #: Range of the values that are tried, over the first value (ln).
 _FARTHEST = -np.log(1e3), np.log(1e3)

@@ -19,8 +19,11 @@ from ..solving import solve
 from .attraction import Options, read_options, window_half_width
 from .rigid_places import rigid_layout, rigid_record
 
-#: Default displacements: their number, and the height (nm) above the first touch of all places where they start.
-_COUNT, _START_HEIGHT = 60, 10.0
+#: Number of default displacements.
+_COUNT = 60
+
+#: Height (nm) above the first touch of all places where they start.
+_START_HEIGHT = 10.0
 
 
 def rigid(
