@@ -80,6 +80,12 @@ def test_what_is_not_off_gives_nothing_and_what_was_not_computed_says_why(budget
     assert all(reason.startswith("not computed") for reason in why[entry.isna()]) and (why != "").all()
 
 
+def test_an_error_of_numpy_is_no_reason_of_an_entry(rough, monkeypatch):
+    monkeypatch.setitem(CHANGES, "tip radius", lambda ds, radius: np.ones(2) + np.ones(3))
+    with pytest.raises(ValueError, match="could not be broadcast"):
+        error_budget(rough, settings={"tip radius": [10.0]}, places=1, subregions=(1, 1), **QUICK)
+
+
 def test_noise_sharper_than_the_tip_has_no_entry_of_a_tip(rough):
     """To cut off noise would flatten summits and raise the pull-off, while a tip's effect on a surface lowers it."""
     noise = np.random.default_rng(0).normal(0.0, 1.0, rough.height.shape)

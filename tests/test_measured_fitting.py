@@ -174,7 +174,7 @@ def test_errors_that_all_forces_share_widen_the_interval():
 def test_a_value_that_cannot_be_solved_is_left_out_and_told():
     def predict(x):
         if x > 2.1:
-            raise ValueError("no pull-off")
+            raise roughxr.Refusal("scan", "a pull-off at every place", "none")
         return Predicted(Samples(power_law(x, 0.3), None, None, 0))
 
     fit = fitted(power_law(2.0, 0.3, seed=5), predict)
@@ -182,6 +182,14 @@ def test_a_value_that_cannot_be_solved_is_left_out_and_told():
     assert fit.low < fit.value < 2.1
     beyond = fitted(power_law(9.0, 0.01, seed=5), predict)
     assert np.isnan([beyond.value, beyond.low, beyond.high]).all()
+
+
+def test_an_error_of_numpy_is_no_value_that_cannot_be_solved():
+    def predict(x):
+        return Predicted(Samples(np.ones(2) + np.ones(3), None, None, 0))
+
+    with pytest.raises(ValueError, match="could not be broadcast"):
+        fitted(power_law(2.0, 0.3, seed=5), predict)
 
 
 def test_places_without_a_pull_off_are_not_left_out(monkeypatch):

@@ -20,6 +20,7 @@ import roughxr
 from roughxr import archive, figures
 from roughxr.application import cli, report
 from roughxr.application.headline import _next_step
+from roughxr.application.report import report_page
 from roughxr.application.report.report_page import methods
 from roughxr.application.report.run_tables import debris_flags
 from roughxr.application.runs import analysis, several
@@ -311,6 +312,18 @@ def test_a_clean_run_has_no_cautions(run):
 def test_figures_without_their_groups_are_left_out(run):
     text = report.page({"scan": run["scan"], "statistics/adhesive": run["statistics/adhesive"]})
     assert Page(text).tags.count("img") == 2 and "Not drawn" not in text
+
+
+def test_only_a_refusal_is_the_reason_of_a_missing_picture():
+    def picture(draw):
+        return report_page._Figure("Picture", [], draw, "")
+
+    def refused(run):
+        raise roughxr.Refusal("run", "several places", "one")
+
+    assert "expected several places" in report_page._pictures({}, [picture(refused)])[0]["caption"]
+    with pytest.raises(ValueError, match="could not be broadcast"):
+        report_page._pictures({}, [picture(lambda run: np.ones(2) + np.ones(3))])
 
 
 def test_text_of_a_file_cannot_break_the_page(run):

@@ -4,6 +4,7 @@ import io
 import re
 import warnings
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -91,6 +92,21 @@ MEASURED = {
     "glass": ([5.4, 142.8 + 57.7, 32.0, 210.5, 0.2, 11.1, 17.9, 15.5, 1.0, 14.4], 104.0),
     "grains": ([0.4, 16.5 + 30.0, 1.5, 17.7, 0.2, 1.3, 4.4, 1.0, 0.5, 5.3], 12.0),
 }
+
+
+def test_only_a_refusal_is_the_reason_of_a_missing_estimate(surface, monkeypatch):
+    solved = {"solutions/adhesive": xr.Dataset()}
+    task = run_parts.Task(specimen_of(surface), run_parts.Plan(None, np.zeros(1), 0.0), groups=solved)
+
+    def refused(*_, **__):
+        raise roughxr.Refusal("scan", "a self-affine surface", "noise")
+
+    monkeypatch.setattr(run_parts, "real_pull_off", refused)
+    (missing,) = run_parts._extrapolated_pull_off(task).values()
+    assert "expected a self-affine surface, found noise" in str(missing.attrs)
+    monkeypatch.setattr(run_parts, "real_pull_off", lambda *_, **__: np.ones(2) + np.ones(3))
+    with pytest.raises(ValueError, match="could not be broadcast"):
+        run_parts._extrapolated_pull_off(task)
 
 
 def minutes_left(line):

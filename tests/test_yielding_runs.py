@@ -112,4 +112,4 @@ def test_hardness_is_an_entry_of_the_budget():
     bare = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)
     solved = bare.contact.adhesive(preload=3000.0, mesh=mesh)
     missing = budget_of(bare, solved, settings={"hardness": [0.5]}, **options).sel(entry="hardness")
-    assert missing.how.item().startswith("not computed: no hardness is assigned")
+    assert missing.how.item().startswith("not computed: hardness: expected one that is assigned")

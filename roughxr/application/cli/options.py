@@ -13,6 +13,7 @@ from typing import Any
 from ..._version import __version__
 from ...mechanics.bodies.substances import MATERIALS
 from ...mechanics.vocabulary.adhesion_laws import AUTO, laws_of
+from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import did_you_mean
 from . import config
 from .words import number, share
@@ -257,8 +258,8 @@ def _nanometres(text: str) -> float:
 
     try:
         return float(magnitude(number(text), "nm", "length"))
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
+    except Refusal as refusal:
+        raise argparse.ArgumentTypeError(str(refusal)) from refusal
 
 
 def _pages(commands: Any) -> None:

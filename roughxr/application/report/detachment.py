@@ -22,6 +22,7 @@ from ...mechanics.particles.loads import fluid_in_words
 from ...mechanics.particles.removal import strength_quantile
 from ...mechanics.statistics.sampling import at_first_preload, by_share
 from ...mechanics.vocabulary.numbers import percent, quantity
+from ...mechanics.vocabulary.refusal import Refusal
 from .summary import CRITICAL, RESTS, best_method, critical_flow
 
 Run = Mapping[str, xr.Dataset]
@@ -155,6 +156,6 @@ def remaining_fraction(run: Run) -> xr.Dataset:
     speed = critical["critical_friction_velocity"].values
     speed = speed[speed > 0]
     if not speed.size:
-        raise ValueError("the sphere detaches at no place in a flow")
+        raise Refusal("critical_friction_velocity", "a place at which the sphere detaches in a flow", "none")
     speeds = np.geomspace(speed.min() / 3, speed.max() * 3, 40)
     return resuspension(run_moments(run), friction_velocity=speeds, time=1.0, flow=fluid_of(critical))

@@ -266,8 +266,8 @@ def _pictures(run: Run, figures: Sequence[_Figure]) -> list[dict[str, str]]:
             buffer = io.BytesIO()
             drawn.savefig(buffer, format="png", dpi=_DPI)
             pictures.append({"name": name, "caption": caption, "source": as_uri(buffer.getvalue())})
-        except ValueError as reason:  # such as nothing touches, or only one place
-            pictures.append({"name": name, "caption": f"Not drawn: {reason}.", "source": ""})
+        except Refusal as refusal:  # such as nothing touches, or only one place
+            pictures.append({"name": name, "caption": f"Not drawn: {refusal}.", "source": ""})
         pyplot.close()
     return pictures
 

@@ -250,9 +250,8 @@ def _extrapolated_pull_off(task: Task) -> dict[str, xr.Dataset]:
     try:
         # the run has warned of a doubtful second scan before its first stage
         estimate = without_warnings(real_pull_off, scan, solved, task.groups.get(BUDGET), **how)
-    except ValueError as error:
-        reason = error.reason if isinstance(error, Refusal) else str(error)
-        return {"statistics/extrapolated": without_estimate(scan, reason)}
+    except Refusal as refusal:
+        return {"statistics/extrapolated": without_estimate(scan, refusal.reason)}
     series = pixel_series(scan, solved, plan.preload)
     return {
         "solutions/extrapolated": estimate[["pull_off_force"]],

@@ -14,6 +14,7 @@ import xarray as xr
 from ...mechanics.scans.levelling import level
 from ...mechanics.scans.plausibility import ImplausibleScan, doubts
 from ...mechanics.vocabulary import schema
+from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.units import factor
 from .channel import Channel, file_name, is_length
 from .recognition import file_hash, guarded, labelled, list_channels, reader_of, regular_file, with_size
@@ -92,7 +93,7 @@ def _described(channel: Channel, path: Path) -> dict[str, Any]:
         if channel.is_length:
             ds = labelled(with_size(channel._replace(read=lambda: values), None, path), path)
             row |= {"lowest": float(ds["height"].min()), "highest": float(ds["height"].max())}
-            with warnings.catch_warnings(), suppress(ValueError):  # listed as doubts; too few pixels for a plane
+            with warnings.catch_warnings(), suppress(Refusal):  # listed as doubts; too few pixels for a plane
                 warnings.simplefilter("ignore", ImplausibleScan)
                 row["s_q"] = float(level(ds)["height"].std())
             row["doubts"] += doubts(ds) if channel.is_topography else []

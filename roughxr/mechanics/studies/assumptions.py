@@ -16,6 +16,7 @@ from ..scans.tip import erode, impossible_share
 from ..vocabulary import schema
 from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, RANGE, UNKNOWN_RANGE
 from ..vocabulary.numbers import percent
+from ..vocabulary.refusal import Refusal
 
 
 def _scale_coordinate(name: str) -> Callable:
@@ -38,7 +39,7 @@ def _with_hardness_factor(ds: xr.Dataset, factor: float) -> tuple[str, xr.Datase
     """Return the pair that yields at a factor times the assigned or estimated hardness."""
     hardness = read_pair(ds).hardness
     if not np.isfinite(hardness):
-        raise ValueError("no hardness is assigned, and none estimated for named materials")
+        raise Refusal("hardness", "one that is assigned, or estimated for named materials", "none")
     return f"× {factor:.3g}", ds.drop_vars("hardness_estimate", errors="ignore").assign_coords(
         hardness=hardness * factor
     )
@@ -62,9 +63,8 @@ def _with_noise(ds: xr.Dataset, share: float) -> tuple[str, xr.Dataset]:
     limit = noise_limit(ds)
     length = read_pair(ds).range
     if limit > length:
-        raise ValueError(
-            f"neighbouring lines bound the noise to {limit:.2g} nm only, beyond the range of adhesion, {length:.2g} nm"
-        )
+        expected = f"neighbouring lines that bound it below the range of adhesion, {length:.2g} nm"
+        raise Refusal("noise", expected, f"a bound of {limit:.2g} nm")
     noise = np.random.default_rng(0).normal(0, share * limit, ds["height"].shape)
     return f"{share * limit:.2g} nm", ds.assign(height=ds["height"].copy(data=ds["height"].values + noise))
 
@@ -74,10 +74,8 @@ def _without_tip(ds: xr.Dataset, radius: float) -> tuple[str, xr.Dataset]:
     share = impossible_share(ds, tip_radius=radius)
     # part of a tip's effect, sharper than the tip can image, above which it is that of noise
     if share > 0.5:
-        raise ValueError(
-            f"{percent(share)} of the heights that a tip of {radius:g} nm radius would have added are sharper than it "
-            "can image: noise, or a sharper tip"
-        )
+        sharper = f"{percent(share)} of what it would have added sharper than that: noise, or a sharper tip"
+        raise Refusal("tip radius", f"heights as a tip of {radius:g} nm radius can image them", sharper)
     return f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)
 
 

@@ -22,6 +22,7 @@ from ..particles.resting_places import resettled
 from ..statistics.sampling import SHARE, shares
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.error_sources import MESH, RANGE
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 from .assumptions import CHANGES
 
@@ -75,8 +76,8 @@ def changes(
             try:
                 setting, pairs[len(cases)] = without_warnings(_changed_and_reference, base, factor, value, pull, meshes)
                 cases.append(FactorCase(factor, value, setting))
-            except ValueError as refused:
-                cases.append(FactorCase(factor, value, str(value), reason=str(refused)))
+            except Refusal as refusal:
+                cases.append(FactorCase(factor, value, str(value), reason=str(refusal)))
     print_line(f"error budget: {len(pairs)} changes at {places.sizes['subregion']} places")
     weight = shares(places).values
     solved = _solved([case_base for pair in pairs.values() for case_base in pair], places, base.ds)
@@ -136,18 +137,18 @@ def _changed_and_reference(
     """Return a setting in words, the changed case and its reference; raise if the setting is impossible."""
     if factor == MESH:
         if (meshes * value > MOST_REFINED).all():
-            raise ValueError(f"it needs more than {MOST_REFINED} cells per pixel, found {value * meshes.min():g}")
+            raise Refusal(factor, f"at most {MOST_REFINED} cells per pixel", float(value * meshes.min()))
         reference = base._replace(cells=meshes)
         return str(value), (reference._replace(cells=value * meshes, step=base.step / value), reference)
     if factor == "preload":
         if not np.isfinite(pull):
-            raise ValueError("the sphere adheres at no place")
+            raise Refusal(factor, "a place at which the sphere adheres", "none")
         return f"+ {value * pull:.3g} nN", (base._replace(preload=base.preload + value * pull), base)
     if factor == "interpolation":
         reference = base._replace(cells=np.where(base.cells == 1, 2, base.cells))
         return value, (reference._replace(splined=True), reference)
     if factor == RANGE and not ADHESION_LAWS[base.law].has_range:
-        raise ValueError(f"the law {base.law} has no range")
+        raise Refusal(factor, "a law that has a range", base.law)
     setting, ds = CHANGES[factor](base.ds, value)
     # largest size of the cells over the size that a law needs; larger cells are refined
     finer = 0 if ADHESION_LAWS[base.law].has_edge else needed_cells(ds, base.preload, base.law, 1.25)

@@ -132,7 +132,7 @@ def fit_pair(
     start = float(ds["work_of_adhesion"]) or 0.1
     try:
         fitted = fit_mean(forces, predict, start, confidence=confidence, error=force_std)
-    except ValueError:
+    except Refusal:
         predict.warn_again(predict.last_warnings)
         raise
     predict.warn_again(predict.warnings_near(next((v for v in (fitted.value, fitted.high) if v > 0), start)))

@@ -123,7 +123,7 @@ class _Search:
         """Predict the forces at a value, and keep the values in ascending order."""
         try:
             self.known = dict(sorted({**self.known, x: self.predict(float(np.exp(x)))}.items()))
-        except ValueError:  # such as a contact beyond the scan's edge: other values can be fitted
+        except Refusal:  # such as a contact beyond the scan's edge: other values can be fitted
             if required:
                 raise
             self.failed.append(x)
