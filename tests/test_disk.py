@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import roughxr
 from roughxr import archive
 from roughxr.application.cli.file_commands import save_picture
 from roughxr.application.tables import to_table
@@ -136,3 +137,12 @@ def test_a_long_write_is_broken_off_between_two_pieces(tmp_path):
     assert list(tmp_path.iterdir()) == []
     archive.save(groups, tmp_path / "a.nc")
     assert archive.load(tmp_path / "a.nc")["scan"].a.shape == (1000, 4)
+
+
+def test_an_error_that_is_none_of_the_disk_is_raised_as_it_is(tmp_path):
+    places = roughxr.FailedSubregions("1 of 9 places failed")
+    interrupt = RuntimeError("no compiled object yet for <kernel>")  # of Numba, where Ctrl-C was dropped
+    for error in (places, interrupt):
+        with pytest.raises(RuntimeError) as raised, atomic_write(tmp_path / "run.nc"):
+            raise error
+        assert raised.value is error and not list(tmp_path.iterdir())

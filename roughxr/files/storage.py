@@ -8,6 +8,7 @@ import re
 import secrets
 import signal
 import threading
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -74,13 +75,18 @@ def atomic_write(path: str | os.PathLike, *, is_own: bool = False) -> Iterator[P
     except BaseException as error:
         with uninterrupted(), suppress(OSError):
             temporary.unlink(missing_ok=True)
-        # netCDF4 reports a full disk as a RuntimeError
-        if isinstance(error, OSError) or (isinstance(error, RuntimeError) and str(error).startswith("NetCDF: ")):
+        if isinstance(error, OSError) or _is_of_netcdf(error):
             raise OSError(
                 f"{path}: could not be written ({error}); no part of it is kept: make room, check your permission to "
                 "write there, and call again"
             ) from error
         raise
+
+
+def _is_of_netcdf(error: BaseException) -> bool:
+    """Return whether the NetCDF library raised an error: it reports a full disk as a RuntimeError."""
+    *_, (raising, _) = traceback.walk_tb(error.__traceback__)
+    return isinstance(error, RuntimeError) and "netCDF4" in raising.f_code.co_filename
 
 
 def remove_leftovers(folder: Path, name: str = "*") -> None:

@@ -74,8 +74,8 @@ def _without_tip(ds: xr.Dataset, radius: float) -> tuple[str, xr.Dataset]:
     share = impossible_share(ds, tip_radius=radius)
     # part of a tip's effect, sharper than the tip can image, above which it is that of noise
     if share > 0.5:
-        sharper = f"{percent(share)} of what it would have added sharper than that: noise, or a sharper tip"
-        raise Refusal("tip radius", f"heights as a tip of {radius:g} nm radius can image them", sharper)
+        noise = f"{percent(share)} of what it would have added sharper than that: noise, or a sharper tip"
+        raise Refusal("tip radius", f"heights as a tip of {radius:g} nm radius can image them", noise)
     return f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)
 
 
