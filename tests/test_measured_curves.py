@@ -129,7 +129,7 @@ def test_a_bent_baseline_biases_pulls_within_their_error_and_each_is_doubted(
     relative_error = np.median(error) / PULL
     assert smallest_error < relative_error < largest_error
     assert abs(force.mean() / PULL - 1) < 1.1 * relative_error
-    assert all(any("standard error" in doubt for doubt in doubts) for doubts in curve_doubts(results))
+    assert all("standard_error" in doubts for doubts in curve_doubts(results))
     straight = roughxr.measured.curves_pull_off(ds)
     assert np.median(straight.pull_off_standard_error) < 0.5 * np.median(error)
 

@@ -22,6 +22,14 @@ _COLUMNS = 3
 #: Number of letters in a line above a panel.
 _LETTERS = 48
 
+#: The doubts about a curve, each with its number.
+_DOUBTS = {
+    "contact_point": "no contact point: the force is nowhere above the baseline",
+    "standard_error": "the standard error is {:.0%} of the pull-off",
+    "limit": "the limit is {:.0f} times the noise: drift or interference",
+    "ruptures": "{:.0f} ruptures: the detachment has several steps",
+}
+
 
 @styled
 def doubtful_curves(curves: Sequence[xr.Dataset], measured: xr.Dataset) -> Figure:
@@ -58,7 +66,8 @@ def doubtful_curves(curves: Sequence[xr.Dataset], measured: xr.Dataset) -> Figur
         result = measured.isel(subregion=number)
         _draw_curve(ax, curve, result)
         name = int(result["subregion"]) if "subregion" in result.coords else number
-        title = f"curve {name}: {'; '.join(doubts) or 'no doubt'}"
+        entries = [_DOUBTS[key].format(value) for key, value in doubts.items()]
+        title = f"curve {name}: {'; '.join(filter(None, [result['reason'].item(), *entries])) or 'no doubt'}"
         ax.set_title(textwrap.fill(title, _LETTERS), loc="left", fontsize=7)
     return figure
 

@@ -49,6 +49,8 @@ _BINS = 150
 #: Smallest number of samples of a contact.
 _LEAST_CONTACT = 10
 
+_SHORT_CONTACT = f"fewer than {_LEAST_CONTACT} samples in contact"
+
 #: Share of the largest tension below which the sphere has detached.
 _DETACHED = 0.25
 
@@ -89,9 +91,14 @@ _LARGEST_CHANGE = 9.0
 _RESULT = np.dtype(
     [(f"fitted_{name}", float) for name in ("contact_modulus", "modulus_low", "modulus_high")]
     + [(f"fitted_{name}", float) for name in ("work_of_adhesion", "work_low", "work_high", "contact_point")]
-    + [(name, float) for name in ("tabor_parameter", "force_rms", "force_noise", "misfit")]
-    + [("law", "U12"), ("reason", "U80"), ("note", "U200")]
+    + [(name, float) for name in ("tabor_parameter", "force_rms", "force_noise", "misfit", "joint_contact_modulus")]
+    + [("law", "U12"), ("reason", "U80"), ("note", "U90")]
 )
+
+#: What limits a fit, in its ``note``.
+_NO_UPPER_LIMIT = "the bending of the cantilever hides the indentation: the modulus has no upper limit"
+_NO_ONE_LAW = "approach and retraction follow no one law"
+_UPPER_LIMIT_ONLY = "no pull exceeds the noise: w has an upper limit only"
 
 
 class MisfittingCurves(RoughxrWarning):
@@ -145,9 +152,11 @@ def fit_curve(
         an end is 0 or infinite if the curve does not limit the value, and a modulus without upper limit is NaN.
         ``fitted_contact_point`` (nm), the piezo's travel on retraction at which the undeformed bodies touch;
         ``tabor_parameter``; ``law``, the one used; ``force_rms`` (nN) of the residuals of single samples, equal to
-        ``force_noise`` where the law fits; ``reason``, why a curve has no fit, whose values are then NaN; ``note``,
-        what limits a fit. The law "hertz+jkr" stands for Hertz's on the approach, whose contact point is then given,
-        and the pull-off force of the other law; "hertz" for an approach whose retraction shows no pull.
+        ``force_noise`` where the law fits; ``misfit``, the same over the noise and interference of the baseline, of one
+        law through both branches, and ``joint_contact_modulus`` (GPa), what that law gives; ``reason``, why a curve has
+        no fit, whose values are then NaN; ``note``, what limits a fit. The law "hertz+jkr" stands for Hertz's on the
+        approach, whose contact point is then given, and the pull-off force of the other law; "hertz" for an approach
+        whose retraction shows no pull.
 
     Raises
     ------
@@ -215,7 +224,7 @@ def fit_curve(
         float(special.chdtri(1, 1 - confidence)),  # quantile of chi²
         name="fit_curve",
     )
-    out = at_places({name: fits[name] for name in _RESULT.names or () if name != "misfit"}, ds)
+    out = at_places({name: fits[name] for name in _RESULT.names or ()}, ds)
     out.attrs = {
         "sphere_radius": radius,
         "adhesion_range": reach,
@@ -234,7 +243,7 @@ def _warn_of_misfit(ratios: np.ndarray) -> None:
     if misfitting.size:
         warn(
             f"{misfitting.size} of {ratios.size} curves: no one law describes both branches within the noise; the rms "
-            f"of the residuals is {np.median(misfitting):.2g} times that of the baseline (median); see note",
+            f"of the residuals is {np.median(misfitting):.2g} times that of the baseline (median); see misfit and note",
             MisfittingCurves,
         )
 
@@ -347,8 +356,7 @@ def _fit(
     approaches = [both for both in branches[1:] if both[0].size >= 5 * _LEAST_CONTACT and both[0][0] < both[0][-1]]
     hertz = next((_hertz(*both, radius, stiffness, errors, level) for both in approaches), None)
     if retraction is None:
-        reason = pull.reason or f"fewer than {_LEAST_CONTACT} samples in contact"
-        return _hertz_alone(hertz, pull, radius, reason)
+        return _hertz_alone(hertz, pull, radius)
     parts = [retraction, *filter(None, (_approach(*both, end) for both in approaches))]
     curve = _Curve(parts, gap, pull.pull_off_force, radius, reach, stiffness, errors)
     out = _fit_both(curve, law, level)
@@ -375,28 +383,10 @@ def _fit_both(curve: _Curve, law: str, level: float) -> np.ndarray:
     modulus = np.exp(best.x[0]) if is_limited else np.nan
     work = np.exp(best.x[1])
     rms = retraction.rms(best.fun[4 + 2 * len(curve.parts) :][: retraction.z.size])
-    note = "" if is_limited else "the bending of the cantilever hides the indentation: the modulus has no upper limit"
-    misfit = rms / retraction.baseline_rms
-    if misfit > _MISFIT:
-        missed = f"{used} misses the force by {rms:.2g} nN rms, {misfit:.2g} times the baseline's"
-        note = "; ".join(filter(None, [missed, note]))
-    return np.array(
-        (
-            modulus,
-            *np.exp(ends[0]),
-            work,
-            *np.exp(ends[1]),
-            best.x[2],
-            maugis.tabor(0.5 / radius, 0.5 / radius, modulus, work, reach),
-            rms,
-            retraction.noise,
-            misfit,
-            used,
-            "",
-            note,
-        ),
-        _RESULT,
-    )
+    tabor = maugis.tabor(0.5 / radius, 0.5 / radius, modulus, work, reach)
+    values = modulus, *np.exp(ends[0]), work, *np.exp(ends[1]), best.x[2], tabor, rms, retraction.noise
+    note = "" if is_limited else _NO_UPPER_LIMIT
+    return np.array((*values, rms / retraction.baseline_rms, modulus, used, "", note), _RESULT)
 
 
 def _best_fit(curve: _Curve, law: str) -> optimize.OptimizeResult:
@@ -417,6 +407,11 @@ class _Hertz(NamedTuple):
     contact_point: float  # nm
     rms: float  # nN
     noise: float  # nN
+
+    @property
+    def moduli(self) -> np.ndarray:
+        """The contact modulus and the ends of its interval, GPa."""
+        return np.exp(self.log_modulus + self.half_width * np.array([0, -1, 1]))
 
 
 def _hertz(
@@ -459,36 +454,28 @@ def _hertz(
     return _Hertz(float(best.x[0]), float(half_width), float(z[begin] + best.x[1]), rms, part.noise)
 
 
-def _hertz_alone(hertz: _Hertz | None, pull: Any, radius: float, reason: str) -> np.ndarray:
+def _hertz_alone(hertz: _Hertz | None, pull: Any, radius: float) -> np.ndarray:
     """Return Hertz's law of an approach without a pull on retraction, else the reason of no fit."""
     out = np.full((), np.nan, _RESULT)
-    out["law"], out["reason"], out["note"] = "", reason, ""
+    out["law"], out["reason"], out["note"] = "", pull.reason or _SHORT_CONTACT, ""
     if hertz is None or np.isnan(pull.pull_off_at_most):
         return out
-    modulus = np.exp(hertz.log_modulus + hertz.half_width * np.array([0, -1, 1]))
     work = pull.pull_off_at_most / (1.5 * np.pi * radius)
-    values = *modulus, np.nan, 0.0, work, hertz.contact_point, np.nan
-    out[()] = (*values, hertz.rms, hertz.noise, np.nan, HERTZ, "", f"{reason}: w has an upper limit only")
+    values = *hertz.moduli, np.nan, 0.0, work, hertz.contact_point, np.nan
+    out[()] = (*values, hertz.rms, hertz.noise, np.nan, np.nan, HERTZ, "", _UPPER_LIMIT_ONLY)
     return out
 
 
 def _separate(joint: np.ndarray, hertz: _Hertz, curve: _Curve, law: str, relative: float) -> np.ndarray:
     """Return Hertz's modulus of the approach with the work of the pull-off force, and how the branches disagree."""
-    modulus = np.exp(hertz.log_modulus + hertz.half_width * np.array([0, -1, 1]))
     used = DUGDALE if law == AUTO else law
-    works = np.exp([curve.start(used, np.log(stiffness))[1] for stiffness in modulus])
-    tabor = float(maugis.tabor(0.5 / curve.radius, 0.5 / curve.radius, modulus[0], works[0], curve.reach))
+    works = np.exp([curve.start(used, np.log(modulus))[1] for modulus in hertz.moduli])
+    tabor = float(maugis.tabor(0.5 / curve.radius, 0.5 / curve.radius, hertz.moduli[0], works[0], curve.reach))
     name = law_by_tabor(tabor) if law == AUTO else law
-    note = (
-        f"approach and retraction follow no one law: {joint['law']} through both misses the force by "
-        f"{float(joint['force_rms']):.2g} nN rms, {float(joint['misfit']):.2g} times the baseline's, and gives E* "
-        f"{float(joint['fitted_contact_modulus']):.3g} GPa"
-    )
-    out = joint.copy()
     work_ends = works[0], works.min() * np.exp(-relative), works.max() * np.exp(relative)
-    values = *modulus, *work_ends, hertz.contact_point, tabor, hertz.rms
-    out[()] = (*values, hertz.noise, joint["misfit"], f"{HERTZ}+{name}", "", note)
-    return out
+    values = *hertz.moduli, *work_ends, hertz.contact_point, tabor, hertz.rms, hertz.noise
+    both = joint["misfit"], joint["joint_contact_modulus"]
+    return np.array((*values, *both, f"{HERTZ}+{name}", "", _NO_ONE_LAW), _RESULT)
 
 
 def _in_contact(z: np.ndarray, force: np.ndarray) -> tuple[float, float, _CurvePart | None]:

@@ -75,9 +75,15 @@ _DETACHED = 6.0
 _FREE_BINS = 20
 _FAR, _TALLEST_WAVE = 0.3, 4.0
 
-_SATURATED = "the detector's range ends before the largest pull"
+#: Why a curve has no pull-off, in its ``reason``.
+_SHORT = f"fewer than {_LEAST_SAMPLES} samples"
+_SHORT_BASELINE = f"fewer than {_LEAST_BASELINE} samples in the baseline"
+_NO_RETRACTION = "the piezo does not retract from the first sample to the last"
 _PRESSED_LAST = "the force is largest at the far end; the piezo may have the opposite sign"
 _NOT_PRESSED = "the force is lowest at the first sample; it may have the opposite sign"
+_NO_RISE = "the force does not rise in contact"
+_NO_PULL = "no pull exceeds the noise"
+_SATURATED = "the detector's range ends before the largest pull"
 
 #: Samples before and after a rupture.
 _RUPTURE_SAMPLES = 4
@@ -312,9 +318,9 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
     if zero is not None:
         result = result._replace(**_contact(z, flat, zero, line))
     if result.contact_slope <= 0:
-        return result._replace(reason="the force does not rise in contact")
+        return result._replace(reason=_NO_RISE)
     if not pull.is_measured:
-        return result._replace(pull_off_at_most=result.detection_limit, reason="no pull exceeds the noise")
+        return result._replace(pull_off_at_most=result.detection_limit, reason=_NO_PULL)
     if zero is None and lowest < flat.size // 100:
         return result._replace(reason=_NOT_PRESSED)
     if pull.step is None:
@@ -665,11 +671,10 @@ def _ruptures(force: np.ndarray) -> list[_Rupture]:
 def _unusable(z: np.ndarray, share: _Stretch) -> str:
     """Return why a retraction with this travel cannot be used, else empty."""
     if z.size < _LEAST_SAMPLES:
-        return f"fewer than {_LEAST_SAMPLES} samples"
+        return _SHORT
     if z[0] <= z[-1]:
-        return "the piezo does not retract from the first sample to the last"
-    in_baseline = int(_in_stretch(z, share).sum())
-    return f"fewer than {_LEAST_BASELINE} samples in the baseline" if in_baseline < _LEAST_BASELINE else ""
+        return _NO_RETRACTION
+    return _SHORT_BASELINE if _in_stretch(z, share).sum() < _LEAST_BASELINE else ""
 
 
 def _last_repulsive(flat: np.ndarray, end: int, noise: float) -> int | None:
