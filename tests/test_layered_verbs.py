@@ -50,7 +50,7 @@ def test_a_layer_is_assigned_in_any_units_and_travels(scan, tmp_path):
     with xr.open_dataset(tmp_path / "solved.nc") as read:
         assert film_of(read) == film_of(ds)
     (last,) = [step["arguments"] for step in roughxr.schema.history(solved) if step["operation"] == "assign_pair"]
-    assert last["layer_thickness"] == 20 and last["layer_material"] == "silica"
+    assert last["layer.thickness"] == "20 nm" and last["layer.material"] == "silica"
     again = solved.contact.assign_pair(sphere_radius=500, materials="glass/silicon")
     assert "layer_thickness" not in again.coords
 

@@ -390,7 +390,7 @@ def test_the_page_states_the_calls_of_a_run_made_in_python_and_the_instrument_of
     with bare_runs():
         text = html.unescape(report.page(run | {"scan": run["scan"].assign_attrs(header=header)}))
     _, _, repeated = text.partition('<section id="repeat">')
-    assert "assign_pair(contact_modulus=40.0, sphere_radius=500.0, work_of_adhesion=0.5)" in repeated
+    assert "assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)" in repeated
     assert "run(subregions=[3, 3], preload=0.0" in repeated
     assert "<dt>instrument</dt><dd>Dimension V</dd>" in text
     assert "<dt>measured</dt><dd>2016-02-03 17:40:34</dd>" in text

@@ -155,6 +155,21 @@ def test_what_code_reads_of_a_result_is_no_text_of_its_history():
         fluid_of(moments)
 
 
+def test_the_history_states_the_verb_and_every_option_that_is_not_the_default():
+    surface = glass_pair(scan(rough(24, seed=1)))
+    flags = surface.height > 0
+    levelled = surface.contact.level(exclude=flags)
+    solved = levelled.contact.superpose(delta=np.linspace(0, 9, 80), subregions=(2, 2))
+    fitted = roughxr.statistics.fit(solved.contact.pull_off(), laws=["normal"], simulations=0)
+    steps = [(step["operation"], step["arguments"]) for step in schema.history(fitted)]
+    assert steps[-4:] == [
+        ("level", {"exclude": "DataArray (x: 24, y: 24)"}),
+        ("superpose", {"delta.first": 0.0, "delta.last": 9.0, "delta.size": 80, "subregions": [2, 2]}),
+        ("pull_off", {}),
+        ("fit", {"laws": ["normal"], "simulations": 0}),
+    ]
+
+
 def test_a_stack_of_scans_is_refused_with_its_dimension():
     image = scan(rough(8))
     stack = xr.concat([image, image], "frame")

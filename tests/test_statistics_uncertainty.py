@@ -262,7 +262,7 @@ def test_history_has_every_option_that_changes_an_interval():
     ds = grid_samples(field(4, 0.2, np.random.default_rng(0)) + 10)
     options = {"statistics": ["mean", "q50"], "confidence": 0.9, "resamples": 99, "seed": 3, "fewest": 2.0}
     (step,) = schema.history(bootstrap(ds, "pull_off_force", within=ds, **options))
-    assert step["arguments"] == {"name": "pull_off_force", **options, "within": "all places"}
+    assert step["arguments"] == {**options, "within": "Dataset (subregion: 16)"}
 
 
 def test_histogram_bins_have_intervals_about_their_densities():

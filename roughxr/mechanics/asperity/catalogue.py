@@ -121,6 +121,7 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto") -> xr.Dataset:
     return catalogue_of(schema.validate(ds, "scan"), patch)
 
 
+@schema.recorded_as("asperities")
 def catalogue_of(ds: xr.Dataset, patch: Any = "auto") -> xr.Dataset:
     """Return the asperities of a valid scan, see `asperities`."""
     is_paper = isinstance(patch, str) and patch == "paper"
@@ -245,8 +246,7 @@ def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Data
     if setup.measures is not None:
         measures = {"shortest_wavelength": setup.measures.shortest, "rms_slope": setup.measures.slope}
         out = out.assign_coords(measures | {"pixel": max(schema.pixel(ds))})
-    done = {"patch": "paper" if setup.vertex == "pixel" else setup.patch, "mesh": setup.refine}
-    return schema.record(schema.label(out), "asperities", ds, **done)
+    return schema.label(out)
 
 
 def _patch(shape: tuple[int, int], pixel: tuple[float, float], patch: Any) -> Any:

@@ -68,6 +68,7 @@ _RIGID_GAP = 1.25
 _EQUAL_MOMENTS = 1e-6
 
 
+@schema.recorded
 def rolling(
     ds: xr.Dataset,
     *,
@@ -147,9 +148,7 @@ def rolling(
         if subregions is not None:
             raise Refusal("subregions", "none with a solution", "some", "leave it out")
         method = "rigid" if ds.attrs.get("method") == "rigid" else "adhesive"
-        return _labelled_moments(
-            _solution_moments(ds, angles, push), ds, method, {"directions": angles, "normal_force": push}
-        )
+        return _labelled_moments(_solution_moments(ds, angles, push), method, push)
     if schema.is_humid(ds):
         raise Refusal(
             "humidity",
@@ -164,9 +163,8 @@ def rolling(
     if schema.is_coated(ds):
         _warn_of_a_thin_layer(ds, summands.median_contact)
     out = _asperity_moments(summands, angles, push, subregions)
-    named = law_attributes(summands.law, summands.formulation, summands.options)
-    arguments = {"directions": angles, "normal_force": push, "subregions": subregions, **named}
-    out = _labelled_moments(out.assign_attrs(named), summands.ds, "superpose", arguments)
+    out.attrs |= law_attributes(summands.law, summands.formulation, summands.options)
+    out = _labelled_moments(out, "superpose", push)
     if isinstance(subregions, xr.Dataset) and "supports" in subregions and not spread.is_lazy(out):
         _warn_of_lost_supports(float(out["contacts"].mean()), float(subregions["supports"].mean()))
     return out
@@ -185,9 +183,8 @@ def read_directions(directions: Quantities) -> np.ndarray:
 def split_moments(ds: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
     """Return a solution with moments (`contact.adhesion`) without them, and they in the form of `rolling`."""
     moments = ds[[*KEPT, "pull_off_force", "pull_off_delta", "converged"]].rename(KEPT)
-    arguments = {"directions": ds["direction"].values, "normal_force": 0.0}
     solution = ds.drop_vars([*KEPT, "direction"])
-    return solution, _labelled_moments(moments, ds, "adhesive", arguments)
+    return solution, schema.record(_labelled_moments(moments, "adhesive", 0.0), "rolling")
 
 
 def _warn_of_a_thin_layer(ds: xr.Dataset, radius: float) -> None:
@@ -210,12 +207,12 @@ def _warn_of_lost_supports(contacts: float, supports: float) -> None:
         )
 
 
-def _labelled_moments(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str, Any]) -> xr.Dataset:
-    """Return the result with labels and history."""
-    out.attrs |= {"method": method, "normal_force": arguments["normal_force"], "missing": MISSING[method]}
+def _labelled_moments(out: xr.Dataset, method: str, normal_force: float) -> xr.Dataset:
+    """Return the result with labels."""
+    out.attrs |= {"method": method, "normal_force": normal_force, "missing": MISSING[method]}
     if not out.chunks:
         warn_unconverged(out, "their moments are NaN")
-    return schema.record(schema.label(out), "rolling", ds, **arguments)
+    return schema.label(out)
 
 
 def _asperity_moments(summands: Summands, angles, load, subregions) -> xr.Dataset:

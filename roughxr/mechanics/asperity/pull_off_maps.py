@@ -19,6 +19,7 @@ from .expectation import expectation, warn_above_smooth
 EVERY_PIXEL = "every pixel"
 
 
+@schema.recorded
 def pull_off_map(
     ds: xr.Dataset,
     *,
@@ -80,12 +81,10 @@ def pull_off_map(
     shape = tuple(places.sizes.values())
     out = xr.Dataset({name: (list(places.sizes), records[name].reshape(shape)) for name in PULL_OFF.fields or ()})
     out = out.assign_coords({**places.coords, **schema.pair_coordinates(ds)})
-    named = law_attributes(law, DEFAULT, options)
-    out.attrs = {"datum": "highest_peak", "method": "superpose", **named, "missing": "NaN where nothing adheres"}
+    out.attrs = {"datum": "highest_peak", "method": "superpose", **law_attributes(law, DEFAULT, options)}
+    out.attrs |= {"missing": "NaN where nothing adheres"}
     out.attrs["expectation"] = expectation(summands.catalogue, options.law)
-    arguments = {"subregions": subregions, **named}
-    out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
-    out = spread.finish(out)
+    out = spread.finish(schema.label(out))
     if not summands.lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out

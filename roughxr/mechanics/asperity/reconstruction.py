@@ -11,6 +11,7 @@ from ..vocabulary.refusal import Refusal
 from .catalogue import asperities
 
 
+@schema.recorded
 def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None) -> xr.Dataset:
     """Return the upper envelope of the asperities as a scan on the original's pixels.
 
@@ -56,4 +57,4 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None) -> xr.Datas
     residual = envelope - schema.in_memory(ds["height"]).values
     out = ds.assign(height=(("x", "y"), envelope))
     out.attrs |= {"residual_rms": float(np.sqrt(np.nanmean(residual**2))), "residual_mean": float(np.nanmean(residual))}
-    return schema.record(schema.label(out), "reconstruct", ds)
+    return schema.label(out)

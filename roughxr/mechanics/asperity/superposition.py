@@ -41,6 +41,7 @@ _AROUND_PULL_OFF = np.array([-0.53, -0.5, -0.35, -0.2, 0.0, 0.2, 0.4, 0.7, 1.0, 
 _MOST_STATES = 1_000_000
 
 
+@schema.recorded
 def superpose(
     ds: xr.Dataset,
     *,
@@ -140,12 +141,9 @@ def superpose(
     records = solve(_superpose, centres, layout.dtype, summands.prepared, options, layout)
     out = labelled(records, layout, ds, positions)
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
-    named = law_attributes(law, formulation, options)
-    out.attrs = {"datum": "highest_peak", "method": "superpose", **named}
+    out.attrs = {"datum": "highest_peak", "method": "superpose", **law_attributes(law, formulation, options)}
     if adheres:
         out.attrs["expectation"] = expectation(summands.catalogue, options.law)
-    arguments = {"subregions": subregions, **named}
-    out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
     out = spread.finish(out)
     if schema.is_coated(ds):
         out = _without_wide_contacts(out, largest_contact(ds))

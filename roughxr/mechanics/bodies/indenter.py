@@ -17,6 +17,7 @@ from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity, positive, whole_number
 
 
+@schema.recorded
 def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     """Fit a sphere to the scan of a probe's face, and subtract it.
 
@@ -72,7 +73,7 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     out["apex_x"] = middle[0] + top_x
     out["apex_y"] = middle[1] + top_y
     out["apex_tilt"] = float(np.arcsin(min(np.hypot(top_x, top_y) / radius, 1.0)))
-    return schema.record(schema.label(out), "fit_sphere", ds)
+    return schema.label(out)
 
 
 def _sphere_depth(r2: Any, radius: float) -> Any:
@@ -119,6 +120,7 @@ def _paraboloid(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float
     return float(x0), float(y0), float(base + (x0**2 + y0**2) / (2 * radius)), radius
 
 
+@schema.recorded
 def placements(
     roughness: xr.Dataset,
     *,
@@ -190,9 +192,7 @@ def placements(
             "rotation": ("placement", turns * (np.pi / 2)),
         },
     )
-    return schema.record(
-        schema.label(out), "placements", roughness, sphere_radius=radius, count=count, width=width, seed=seed
-    )
+    return schema.label(out)
 
 
 def _part(shape: tuple[int, int], pixel: float, width: Any) -> int:

@@ -102,6 +102,7 @@ def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> flo
     return 1 / compliance
 
 
+@schema.recorded
 def assign_pair(
     ds: xr.Dataset,
     *,
@@ -254,11 +255,7 @@ def assign_pair(
     texts = {"materials": "/".join(materials) if isinstance(materials, tuple) else materials, "medium": medium}
     out.attrs = {name: value for name, value in ds.attrs.items() if name not in texts}
     out.attrs |= {name: str(value) for name, value in texts.items() if value is not None}
-    arguments = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
-    arguments |= {"medium": medium, "surface_energy": surface_energy}
-    arguments |= {"layer_material": getattr(layer, "material", None)}
-    arguments |= vars(air) | {"humidity": None} if air else {}
-    return schema.record(schema.label(out), "assign_pair", **(arguments | values))
+    return schema.label(out)
 
 
 def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium: Quantity = "vacuum") -> float:

@@ -146,6 +146,7 @@ def adhesive_and_moments(
     return split_moments(_solution(specimen_of(ds), preload, directions=read_directions(directions), **options))
 
 
+@schema.recorded_as("adhesive")
 def _solution(
     specimen: Specimen,
     preload: Quantities | None,
@@ -200,19 +201,6 @@ def _solution(
         out.attrs["preload"] = float(adhesion.preloads[0])
     if law == AUTO and (choice := law_choice(specimen)):
         out.attrs["law_choice"] = choice
-    out = schema.record(
-        out,
-        "adhesive",
-        specimen.bodies,
-        law=adhesion.law,
-        preload=preload,
-        delta=None if by_preload else problem.steps,
-        subregions=subregions,
-        datum=datum,
-        fields=fields,
-        mesh=mesh,
-        cycles=adhesion.cycles if adhesion.cycles > 1 else None,
-    )
     out = spread.finish(out)
     if not specimen.lazy:
         _warn(out, adhesion, problem)

@@ -24,6 +24,7 @@ _JUMP = 0.05
 SOLVED = ("direct", "adhesive", "rigid")
 
 
+@schema.recorded
 def certificate(ds: xr.Dataset) -> xr.Dataset:
     """Return the largest violation of each contact condition that a solution states, with its limit.
 
@@ -66,7 +67,7 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     out = xr.Dataset(
         {name: ("check", values) for name, values in rows.items()}, {"check": [name for name, _, _ in conditions]}
     )
-    return schema.record(schema.label(out.assign_attrs(method=method)), "certificate", ds)
+    return schema.label(out.assign_attrs(method=method))
 
 
 def _solver_conditions(ds: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, float]]:

@@ -47,6 +47,7 @@ class _Limits(NamedTuple):
 LIMITS = _Limits(1e-6, 5000)
 
 
+@schema.recorded
 def direct(
     ds: xr.Dataset | Specimen,
     *,
@@ -140,9 +141,6 @@ def direct(
     )
     datum = "first_contact" if problem.first_contact else "highest_peak"
     out.attrs = {"datum": datum, "method": "direct", "tolerance": LIMITS.tolerance}
-    arguments = {"subregions": subregions, "datum": datum, "fields": fields}
-    steps = {"delta": None, "load": None, **axes}
-    out = schema.record(out, "direct", specimen.bodies, **steps, **arguments)
     out = spread.finish(out)
     if not specimen.lazy:
         warn_unconverged(out, "see converged, and residual for their error")

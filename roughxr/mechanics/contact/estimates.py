@@ -12,6 +12,7 @@ from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import EXPONENTIAL, JKR, SHORT_RANGE
 
 
+@schema.recorded
 def tabor(ds: xr.Dataset) -> xr.Dataset:
     """Return the catalogue with Tabor's parameter of each asperity under the assigned sphere.
 
@@ -45,7 +46,7 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
     ds = schema.validate(ds, "asperities") if "asperity" in ds.dims else asperities(ds)
     parameter = _tabor_parameters(ds, read_pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion"))
     out = ds.assign(tabor_parameter=("asperity", parameter))
-    return schema.record(schema.label(out), "tabor", ds)
+    return schema.label(out)
 
 
 def _tabor_parameters(catalogue: xr.Dataset, pair: Pair) -> np.ndarray:

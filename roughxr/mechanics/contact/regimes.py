@@ -27,6 +27,7 @@ from .rigid.attraction import read_options
 from .rigid.bodies import rigid
 
 
+@schema.recorded
 def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), mesh: int = 8) -> xr.Dataset:
     """Recommend a model for a scan and its pair: rigid bodies, the adhesive simulation, or a sum over asperities.
 
@@ -103,7 +104,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), mesh: int 
     attributes = {"recommendation": sentences, "law": automatic_law(result["asperity_tabor"], **kind)}
     out = xr.Dataset(result).set_coords("recommended")
     out = out.assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
-    return schema.record(schema.label(out), "regime", bodies, subregions=subregions, mesh=mesh)
+    return schema.label(out)
 
 
 def _recommended(tabor: float, beyond: float) -> str:
@@ -155,6 +156,7 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
     return (12 * w * modulus**2 / (np.pi**2 * radius)) ** (1 / 3)
 
 
+@schema.recorded
 def formulas(
     ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), law: str = HAMAKER, mesh: int = 8
 ) -> xr.Dataset:
@@ -226,7 +228,7 @@ def formulas(
     out = xr.Dataset(columns, {"formula": ["sum", *result]}, attrs=inputs)
     if np.isnan(force).any():
         out.attrs["missing"] = "NaN: the scan is too small for wavelengths of four mean distances between summits"
-    return schema.record(schema.label(out), "formulas", specimen.bodies, subregions=subregions, law=law, mesh=mesh)
+    return schema.label(out)
 
 
 def _dry_formulas(specimen: Specimen, law: str, inputs: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:

@@ -19,6 +19,7 @@ from .force_balance import expect_moments, refuse_varied, scope_words
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
 
 
+@schema.recorded
 def parameters(ds: xr.Dataset) -> xr.Dataset:
     """Return the parameters of adhesion of resuspension and discrete-element codes, from the places of a result.
 
@@ -81,9 +82,10 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     if "lever_error" in ds:
         rows["lever_error_median"] = float(by_share(ds["lever_error"]).quantile(0.5))
     out = xr.Dataset(rows, coords=schema.pair_coordinates(ds), attrs={"comment": scope_words(ds)})
-    return schema.record(schema.label(out), "parameters", ds)
+    return schema.label(out)
 
 
+@schema.recorded
 def adhesion_by_place(ds: xr.Dataset) -> xr.Dataset:
     """Return adhesion, lever and moment of each place, over all directions."""
     ds = schema.entered_dataset(ds, "result")
@@ -98,7 +100,7 @@ def adhesion_by_place(ds: xr.Dataset) -> xr.Dataset:
         "moment_largest": moment.max("direction"),
     }
     out = reduced.assign(columns).assign_attrs(missing=ds.attrs.get("missing", ""))
-    return schema.record(schema.label(out), "adhesion_by_place", ds)
+    return schema.label(out)
 
 
 def _quantiles(name: str, values: xr.DataArray) -> dict[str, float]:

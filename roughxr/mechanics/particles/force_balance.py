@@ -84,6 +84,7 @@ def for_each_condition(function: Verb) -> Verb:
 
 
 @for_each_condition
+@schema.recorded
 def critical_load(
     ds: xr.Dataset,
     cause: str = "wall_shear",
@@ -161,12 +162,8 @@ def critical_load(
     by_pull_off = limit._replace(moment_error=pull_off_part(ds) * np.abs(limit.moment[0]))
     values["shared_load_error"] = _strength_error(kind, body, by_pull_off, strength)
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
-    fluid = fluid_arguments(body)
-    out.attrs = {"cause": cause, "missing": _MISSING, "comment": scope_words(ds), **fluid}
-    arguments = {"cause": cause, "direction": direction, "particle_density": particle_density}
-    arguments |= fluid
-    arguments |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
-    return schema.record(schema.label(out), "critical_load", ds, **arguments)
+    out.attrs = {"cause": cause, "missing": _MISSING, "comment": scope_words(ds), **fluid_arguments(body)}
+    return schema.label(out)
 
 
 def fluid_of(critical: xr.Dataset) -> Flow:
@@ -185,6 +182,7 @@ def strength_of_places(critical: xr.Dataset) -> xr.DataArray:
     return critical[name].where(critical["mode"] != NO_REST, 0.0).assign_attrs(critical[name].attrs)
 
 
+@schema.recorded
 def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     """Return resisting moments with the pull-off forces of another method at the same places, at unchanged levers.
 
@@ -204,7 +202,7 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
         changed["pull_off_error"] = xr.zeros_like(ds["pull_off_force"]) + error.values
     out = ds.drop_vars(["pull_off_delta", "pull_off_error"], errors="ignore").assign(changed)
     out.attrs["levers"] = str(ds.attrs.get("method", "rolling"))
-    return schema.record(schema.label(out), "with_pull_off", ds)
+    return schema.label(out)
 
 
 def places_in_words(ds: xr.Dataset) -> str:

@@ -16,7 +16,6 @@ from ..vocabulary.units import Quantities, Quantity
 from .force_balance import (
     Resistance,
     drive_ratios,
-    fluid_arguments,
     for_each_condition,
     pull_off_part,
     read_body,
@@ -35,6 +34,7 @@ _RESAMPLES = 399
 
 
 @for_each_condition
+@schema.recorded
 def resuspension(
     ds: xr.Dataset,
     *,
@@ -104,10 +104,7 @@ def resuspension(
     out = _with_band(out, if_pull_offs_err, int(limit.known.sum()))
     out.attrs = {"confidence": _CONFIDENCE, "places": int(limit.known.sum())}
     out.attrs |= {"missing": "NaN where nothing is in contact or the sphere does not rest", "comment": scope_words(ds)}
-    arguments: dict[str, Any] = {"friction_velocity": speed, "time": seconds, "direction": direction}
-    arguments |= {"particle_density": particle_density, **fluid_arguments(body)}
-    arguments |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
-    return schema.record(schema.label(out), "resuspension", ds, **arguments)
+    return schema.label(out)
 
 
 def _at_rest(body: Any, limit: Any) -> Any:

@@ -17,6 +17,7 @@ _NAME = "removing_load"
 _ENDS = ("", "_low", "_high")
 
 
+@schema.recorded
 def removing_load(ds: xr.Dataset, share: Quantity = 0.5) -> xr.Dataset:
     """Return the strength of a steady load that removes a share of the particles.
 
@@ -63,7 +64,7 @@ def removing_load(ds: xr.Dataset, share: Quantity = 0.5) -> xr.Dataset:
     for name in out.data_vars:
         out[name].attrs["units"] = strength.attrs["units"]
     out.attrs |= {"cause": ds.attrs.get("cause", ""), "share": removed, "confidence": 0.95}
-    return schema.record(out, _NAME, ds, share=removed)
+    return out
 
 
 def strength_quantile(critical: xr.Dataset, share: float = 0.5) -> tuple[float, float, float]:

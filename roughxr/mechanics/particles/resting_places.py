@@ -19,6 +19,7 @@ from ..vocabulary.text import warn
 from ..vocabulary.units import Places
 
 
+@schema.recorded
 def resting(
     ds: xr.Dataset,
     *,
@@ -89,7 +90,7 @@ def resting(
         warn(out.attrs["missing"])
     if landings is not None:
         out.attrs["landings"] = len(start)
-    return schema.record(schema.label(out), "resting", scan, landings=landings, on=None if on is None else "asperities")
+    return schema.label(out)
 
 
 def are_resting_positions(places: Any) -> bool:

@@ -9,11 +9,12 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.schema import in_memory, is_square, label, pixel, record, validate
+from ..vocabulary.schema import in_memory, is_square, label, pixel, recorded, validate
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, plain, positive
 
 
+@recorded
 def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
     """Return a scan with its missing pixels filled from their neighbours.
 
@@ -54,7 +55,7 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
         height = height.fillna(method)
     elif missing.any():
         height = height.copy(data=_filled(height.values, missing, method, pixel(scan)))
-    return record(label(scan.assign(height=height)), "fill", method=method, pixels=int(missing.sum()))
+    return label(scan.assign(height=height)).assign_attrs(filled_pixels=int(missing.sum()))
 
 
 def _filled(height: np.ndarray, missing: np.ndarray, method: str, steps: tuple[float, float]) -> np.ndarray:
@@ -75,6 +76,7 @@ def _filled(height: np.ndarray, missing: np.ndarray, method: str, steps: tuple[f
     return height
 
 
+@recorded
 def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Quantity] | None = None) -> xr.Dataset:
     """Return the part of a scan whose pixel centres lie within ranges of x and y.
 
@@ -104,7 +106,7 @@ def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Qua
             low = float(scan[axis][0])
             high = float(scan[axis][-1])
             raise Refusal(axis, f"a range of two pixels or more in {low:g} to {high:g} nm", ranges[axis])
-    return record(out, "crop", **ranges)
+    return out
 
 
 def _range(value: Any, axis: str) -> tuple[float, float]:
@@ -116,6 +118,7 @@ def _range(value: Any, axis: str) -> tuple[float, float]:
     return limits[0], limits[1]
 
 
+@recorded
 def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     """Return a scan on square pixels, interpolated linearly between the old pixel centres.
 
@@ -147,7 +150,7 @@ def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     places = {axis: _places(scan[axis].values, step, axis) for axis in ("x", "y")}
     out = in_memory(scan).interp(places, kwargs={"bounds_error": False})
     out = out.assign_coords({axis: (axis, places[axis], scan[axis].attrs) for axis in ("x", "y")})
-    return record(label(out.transpose("x", "y", ...)), "resample", size=step)
+    return label(out.transpose("x", "y", ...))
 
 
 def on_square_pixels(scan: xr.Dataset) -> xr.Dataset:

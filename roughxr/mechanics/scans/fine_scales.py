@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..kernels.topography.random_surface import HURST, fit_k_correlation
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.schema import finite, label, pixel, record, validate
+from ..vocabulary.schema import finite, label, pixel, recorded, validate
 from ..vocabulary.units import Quantity, positive, single
 from . import wavelength
 from .spectra import ring_means
@@ -32,6 +32,7 @@ _NAMES = (
 _REPEATED = 4.0
 
 
+@recorded
 def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quantity | None = None) -> xr.Dataset:
     """Fit the self-affine spectrum with a roll-off to a scan's own.
 
@@ -75,7 +76,7 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     hurst = None if hurst is None else hurst_exponent(hurst)
     shown = _given_wavelength(shown, scan)
     fitted = _fitted(wavelength.scan_parts(scan["height"].values), pixel(scan), hurst, shown)
-    return record(label(xr.Dataset(fitted)), "self_affine_fit", scan, hurst=hurst, shown=shown)
+    return label(xr.Dataset(fitted))
 
 
 def _fitted(
@@ -105,6 +106,7 @@ def rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, 
     return 2 * np.pi * q[occupied], scale * psd[occupied], members[occupied] / _REPEATED
 
 
+@recorded
 def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     """Return the scan without wavelengths below a cut-off.
 
@@ -143,7 +145,7 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     coefficients, frequency = _cosine_transform(scan)
     coefficients[frequency * shortest > 1 + 1e-12] = 0.0
     height = idctn(coefficients, norm="ortho", overwrite_x=True)
-    return record(label(scan.assign(height=(("x", "y"), height))), "smooth", shortest=shortest)
+    return label(scan.assign(height=(("x", "y"), height)))
 
 
 def _cosine_transform(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.polynomial import legendre
 
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.schema import entered, history, in_memory, label, one_of, record, validate
+from ..vocabulary.schema import entered, history, in_memory, label, one_of, recorded, validate
 from ..vocabulary.text import warn
 from .plausibility import ImplausibleScan, faults
 
@@ -23,6 +23,7 @@ _LINES = ("median", "median_difference")
 METHODS = (*_DEGREES, *_LINES)
 
 
+@recorded
 def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None = None) -> xr.Dataset:
     """Return a scan without its background.
 
@@ -70,8 +71,7 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
     out = label(scan.assign(height=height.copy(data=levelled))).assign_attrs(levelling=method)
     if scan["height"].chunks:
         out["height"] = out["height"].chunk(scan["height"].chunksizes)
-    excluded = None if exclude is None else f"{int(np.asarray(exclude).sum())} pixels"
-    return record(out, "level", method=method, exclude=excluded)
+    return out
 
 
 def _mask(exclude: xr.DataArray, height: xr.DataArray) -> np.ndarray:

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..vocabulary.schema import label, pixel, record, validate
+from ..vocabulary.schema import label, pixel, recorded, validate
 from .levelling import level
 from .texture_parameters import NAMES, texture_parameters
 
 
+@recorded
 def roughness(ds: xr.Dataset) -> xr.Dataset:
     """Return the roughness parameters of a scan.
 
@@ -71,7 +72,7 @@ def roughness(ds: xr.Dataset) -> xr.Dataset:
     texture_scalars = {name: texture.isel(parameter=number) for number, name in enumerate(NAMES)}
     out = xr.Dataset({**_height_parameters(flat["height"]), **_slope_parameters(flat), **texture_scalars, **datum})
     out = out.assign_coords(_frame(scan)).assign_attrs(scan.attrs)
-    return record(label(out), "roughness")
+    return label(out)
 
 
 def _height_parameters(height: xr.DataArray) -> dict[str, xr.DataArray]:

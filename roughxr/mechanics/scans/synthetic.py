@@ -19,6 +19,7 @@ HEIGHTS, OTHERS = 0, 1
 
 
 @checked_call
+@schema.recorded
 def self_affine(
     shape: tuple[int, int],
     pixel: Quantity,
@@ -74,8 +75,7 @@ def self_affine(
     hurst = hurst_exponent(hurst)
     made = {"pixel": pixel, "rms": rms, "hurst": hurst, "rolloff": rolloff, "cutoff": cutoff, "seed": seed}
     height = rms * unit_surface(shape, pixel, hurst, rolloff, cutoff, seed)
-    out = labelled(height, pixel, "Self-affine random surface", made)
-    return schema.record(out, "self_affine", shape=shape, **made)
+    return labelled(height, pixel, "Self-affine random surface", made)
 
 
 def unit_surface(shape, pixel, hurst, rolloff, cutoff, seed) -> np.ndarray:

@@ -17,6 +17,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import Quantity, positive
 
 
+@schema.recorded
 def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Return the image of a surface by a parabolic tip.
 
@@ -39,9 +40,10 @@ def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     >>> bool((roughxr.scans.dilate(scan, tip_radius=10).height >= scan.height).all())
     True
     """
-    return _swept(ds, tip_radius, "dilate")
+    return _swept(ds, tip_radius, 1.0)
 
 
+@schema.recorded
 def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Return the highest surface with this image by a parabolic tip.
 
@@ -64,7 +66,7 @@ def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     >>> bool((sharper.height <= scan.height + 1e-9).all())
     True
     """
-    return _swept(ds, tip_radius, "erode")
+    return _swept(ds, tip_radius, -1.0)
 
 
 def impossible_share(ds: xr.Dataset, *, tip_radius: Quantity) -> float:
@@ -75,16 +77,14 @@ def impossible_share(ds: xr.Dataset, *, tip_radius: Quantity) -> float:
     return float((ds["height"] - image["height"]).sum()) / removed if removed > 0 else 0.0
 
 
-def _swept(ds: xr.Dataset, tip_radius: Any, operation: str) -> xr.Dataset:
+def _swept(ds: xr.Dataset, tip_radius: Any, sign: float) -> xr.Dataset:
     """Return heights after sweeping the parabola along x, then along y, as it is a sum of one parabola for each."""
     scan = schema.validate(schema.entered(ds), "scan")
     radius = positive(tip_radius, "nm", "tip_radius")
-    sign = 1.0 if operation == "dilate" else -1.0
     height = sign * schema.finite(np.asarray(scan["height"].values, dtype=float))
     for axis, step in enumerate(schema.pixel(scan)):
         height = _highest(height, axis, step, radius)
-    out = schema.label(scan.assign(height=(("x", "y"), sign * height)))
-    return schema.record(out, operation, tip_radius=radius)
+    return schema.label(scan.assign(height=(("x", "y"), sign * height)))
 
 
 def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.ndarray:
@@ -99,6 +99,7 @@ def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.nd
     return grey_dilation(height, structure=parabola.reshape(shape), mode="constant", cval=-np.inf)
 
 
+@schema.recorded
 def tip_flags(catalogue: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Flag the asperities of an image that are sharper than its tip.
 
@@ -133,4 +134,4 @@ def tip_flags(catalogue: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
         beyond_tip=~inside,
         curvature_recovered=(image / (1 - image * radius).where(inside)).drop_attrs(),
     )
-    return schema.record(schema.label(out.assign_coords(tip_radius=radius)), "tip_flags", tip_radius=radius)
+    return schema.label(out.assign_coords(tip_radius=radius))

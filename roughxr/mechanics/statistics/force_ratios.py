@@ -13,6 +13,7 @@ from ..vocabulary.refusal import Refusal
 _AGREEMENT = 0.1
 
 
+@schema.recorded
 def force_ratio(superposed: xr.Dataset, direct: xr.Dataset) -> xr.Dataset:
     """Compare the force of superposed asperities with that of `direct` at each place and displacement.
 
@@ -73,7 +74,7 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset) -> xr.Dataset:
     out = out.drop_vars([name for name in out.coords if name not in names])
     missing = "NaN out of contact or not converged; divergence_delta: NaN where they agree to the end"
     out.attrs = {"agree_within": _AGREEMENT, "missing": missing}
-    return schema.record(schema.label(out), "force_ratio", direct)
+    return schema.label(out)
 
 
 def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset):

@@ -40,6 +40,7 @@ LAWS = {
 _RESULTS = ("shape", "location", "scale", "log_likelihood", "aic", "ks_distance", "ks_p_value")
 
 
+@schema.recorded
 def fit(
     ds: xr.Dataset,
     name: str = "pull_off_force",
@@ -125,7 +126,7 @@ def fit(
     density = shares / ((shares.sum() + above) * np.diff(edges))
     out = schema.label(out).assign_attrs(variable=name, samples=values.size, bin_edges=edges, density=density)
     out.attrs["missing"] = "NaN where a law is not defined for the samples"
-    return schema.record(out, "fit", ds, name=name, simulations=simulations)
+    return out
 
 
 def fitted_law(fits: xr.Dataset, law: str):

@@ -29,6 +29,7 @@ BEST_ESTIMATE = ("pull_off_mean", "pull_off_low", "pull_off_high")
 INTERVAL = ("low", "high", "likelihood_low", "likelihood_high", "independent_places")
 
 
+@schema.recorded_as("answer")
 def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     """Return the Dataset of `answer` without its sentences."""
     if "pull_off_force" not in ds and "force" not in ds:
@@ -60,7 +61,7 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     }
     if ends := pressed_means(pull):
         scalars |= dict(zip(PRESSED, ends))
-    out = schema.record(with_units(xr.Dataset(scalars, coords=schema.pair_coordinates(pull))), "answer", pull)
+    out = with_units(xr.Dataset(scalars, coords=schema.pair_coordinates(pull)))
     out.attrs |= limits | {name: pull.attrs[name] for name in ("law_choice",) if name in pull.attrs}
     if "measured" in pull.attrs:
         out.attrs["measured"] = pull.attrs["measured"]

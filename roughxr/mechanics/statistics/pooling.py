@@ -29,6 +29,7 @@ class Pool(NamedTuple):
     p_value: float  # probability of as large a spread by the estimates' own errors alone
 
 
+@schema.recorded
 def pooled(
     ds: xr.Dataset,
     name: str,
@@ -103,7 +104,7 @@ def pooled(
     for variable in (*_NAMES[:4], "estimate", "standard_error"):
         out[variable].attrs["units"] = ds[name].attrs.get("units", "1")
     out.attrs = {"variable": name, "confidence": confidence, "pooled_over": over}
-    return schema.record(out, "pooled", ds, name=name, over=over, statistics=labels)
+    return out
 
 
 def _need_several(ds: xr.Dataset, name: str, over: str) -> None:

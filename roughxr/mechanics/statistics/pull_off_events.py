@@ -16,6 +16,7 @@ from ..vocabulary.text import IncompleteResult, warn
 _ERRORS = ("pull_off_resolution", "pull_off_error", "pressed_pull_off_force", "mesh", "cell_error")
 
 
+@schema.recorded
 def pull_off(ds: xr.Dataset) -> xr.Dataset:
     """Return the pull-off of each subregion: the largest adhesion force and its displacement.
 
@@ -62,12 +63,12 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
         force = _adhesive_force(ds)
         method = "sweep"
         out = _largest_in_sweep(force, converged(ds))
-    out.attrs = {key: value for key, value in ds.attrs.items() if key != "history"}
+    out.attrs = dict(ds.attrs)
     unsolved = ", or the largest adhesion force has not converged" if method == "sweep" else ""
     out.attrs["missing"] = f"NaN where nothing adheres at any displacement of the {method}{unsolved}"
     if method == "sweep" and not force.chunks:
         _warn_of_short_sweep(out, ds["delta"].values)
-    return schema.record(schema.label(out), "pull_off", ds)
+    return schema.label(out)
 
 
 def _warn_of_short_sweep(out: xr.Dataset, delta: np.ndarray) -> None:
@@ -163,6 +164,7 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     return pair.smooth_pull_off(stiff=stiff)
 
 
+@schema.recorded
 def reduction(ds: xr.Dataset) -> xr.Dataset:
     """Return a pull-off with its ratio to that of the smooth sphere.
 
@@ -191,5 +193,4 @@ def reduction(ds: xr.Dataset) -> xr.Dataset:
     smooth = smooth_pull_off(ds)
     if smooth <= 0:
         raise Refusal("", "a pair with work_of_adhesion > 0", "0", "assign one with assign_pair")
-    out = schema.label(ds.assign(pull_off_ratio=ds["pull_off_force"] / smooth))
-    return schema.record(out, "reduction", ds)
+    return schema.label(ds.assign(pull_off_ratio=ds["pull_off_force"] / smooth))

@@ -13,6 +13,7 @@ from ..vocabulary.refusal import Refusal
 from .sampling import SAMPLES, by_share, map_samples, sample_bounds, standard_deviation, warn_of_missing
 
 
+@schema.recorded
 def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95)) -> xr.Dataset:
     """Return mean, standard deviation, extremes and quantiles over subregions or asperities.
 
@@ -62,7 +63,7 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
     for counts_and_reason, names in names_by_reason.items():
         warn_of_missing(", ".join(names), *counts_and_reason)
     rows = {name: _summarised(array, dim, list(quantiles)).assign_attrs(array.attrs) for name, array in wanted.items()}
-    return schema.record(xr.Dataset(rows, attrs=ds.attrs), "summary", quantiles=list(quantiles))
+    return xr.Dataset(rows, attrs=ds.attrs)
 
 
 def _with_bounds(ds: xr.Dataset) -> xr.Dataset:

@@ -66,6 +66,7 @@ _PRIOR_SPREAD = 0.8
 _PRIOR_FREEDOM = 3
 
 
+@schema.recorded
 def bootstrap(
     ds: xr.Dataset,
     name: str = "pull_off_force",
@@ -200,9 +201,7 @@ def bootstrap(
         )
     if sample_dimension(map_samples(ds, name), name) == "subregion" and "debris_share" not in ds.coords:
         out.attrs["not_shown"] = not_shown(sample.values.size, count, 1 - confidence)
-    arguments = {"name": name, "statistics": labels, "confidence": confidence, "resamples": resamples, "seed": seed}
-    arguments |= {"within": None if within is None else "all places", "fewest": fewest}
-    return schema.record(schema.label(out), "bootstrap", ds, **arguments)
+    return schema.label(out)
 
 
 def _labels(statistics: Sequence[str]) -> list[str]:

@@ -47,6 +47,7 @@ _DECIDED_FACTOR = 2.0
 STATISTICS = ("mean", "q5", "q25", "q50", "q75", "q95")
 
 
+@schema.recorded
 def compare(
     predicted: xr.Dataset,
     measured: xr.Dataset,
@@ -142,8 +143,7 @@ def compare(
             out[name + end].attrs["units"] = "nN"
     out.attrs |= {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
     out.attrs |= {"missing": "NaN where a value is not positive", "sentence": _sentence(out)}
-    options = {"statistics": statistics, "resamples": resamples, "extrapolation": best or None}
-    return schema.record(out, "compare", predicted, **options)
+    return out
 
 
 def _sentence(compared: xr.Dataset) -> str:

@@ -97,6 +97,7 @@ class RoughnessFactor(NamedTuple):
         return (self.below + self.above) / (2 * HALF_WIDTH)
 
 
+@schema.recorded
 def extrapolated(
     ds: xr.Dataset | Specimen,
     *,
@@ -192,9 +193,7 @@ def extrapolated(
     budget = budget_of(scan, solved, places=count, preload=force, mesh=mesh, only=CHANGES)
     estimates: dict[str, Any] = {"finer": finer, "measured": measured, "force_std": force_std, "shortest": shortest}
     out = real_pull_off(scan, solved, budget, **estimates)
-    out = out.merge(pixel_series(scan, solved, force), combine_attrs="override")
-    arguments = {"subregions": subregions, "preload": preload, "law": law, "mesh": mesh, "places": count}
-    return schema.record(out, "extrapolated", scan, **estimates, **arguments)
+    return out.merge(pixel_series(scan, solved, force), combine_attrs="override")
 
 
 def real_pull_off(

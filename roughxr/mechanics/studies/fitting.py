@@ -36,6 +36,7 @@ _EXPLAINED_SPREAD = 0.7, 1.4
 _SUPERPOSITION_ERROR = float(np.log(expectation.HIGH / expectation.LOW)) / (2 * 1.645)
 
 
+@schema.recorded
 def fit_pair(
     ds: xr.Dataset,
     measured: xr.Dataset,
@@ -152,10 +153,7 @@ def fit_pair(
     best = with_interval(fitted.value, fitted.low, fitted.high, "J/m²", name=f"{percent(confidence)} interval")
     opening = f"Work of adhesion at which predicted and measured pull-offs agree: {best}."
     out.attrs |= {"not_identifiable": limits, "sentence": f"{opening}\nLimits of the fit: {limits}."}
-    errors = {"confidence": confidence, "force_std": force_std}
-    if extrapolation is not None:
-        errors["roughness_factor"], errors["roughness_error"] = predict.fine
-    return schema.record(schema.label(out), "fit_pair", ds, method=method, **errors, **options)
+    return schema.label(out)
 
 
 def _method_error(pull: xr.Dataset, method: str) -> float:

@@ -62,6 +62,7 @@ def _not_computed(why: str) -> _Entry:
     return _Entry(Change(np.nan, np.nan, 0), f"not computed: {why}")
 
 
+@schema.recorded
 def error_budget(
     ds: xr.Dataset,
     *,
@@ -131,9 +132,7 @@ def error_budget(
     _need_factors(ds, settings)
     mesh = read_mesh(mesh, Mesh())
     solved = without_warnings(adhesive, ds, subregions=regions.centres(ds, subregions), preload=0.0, law=law, mesh=mesh)
-    out = budget_of(ds, solved, places=count, preload=0.0, mesh=mesh, settings=settings)
-    how = {"law": law, "mesh": mesh, "subregions": subregions, "places": places, "settings": settings}
-    return schema.record(out, "error_budget", ds, **how)
+    return budget_of(ds, solved, places=count, preload=0.0, mesh=mesh, settings=settings)
 
 
 def budget_of(

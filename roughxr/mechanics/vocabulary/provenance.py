@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, is_dataclass
-from typing import Any
+from inspect import signature
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import xarray as xr
@@ -16,6 +18,41 @@ from ..._version import __version__
 
 #: A line of the history: version, operation, arguments as name=JSON.
 _LINE = re.compile(r"roughxr (\S+): (\w+)\((.*)\)")
+
+_Verb = TypeVar("_Verb", bound=Callable[..., xr.Dataset])
+
+
+def recorded_as(operation: str) -> Callable[[_Verb], _Verb]:
+    """Return a decorator of functions whose result gets a step of this name, by `record`.
+
+    The step has the arguments that are not the default. The history continues that of the first argument, if that is a
+    Dataset or contains one as ``bodies``. Other Datasets are stated by a name.
+    """
+
+    def decorate(verb: _Verb) -> _Verb:
+        parameters = signature(verb).parameters
+        subject = next(iter(parameters))
+        defaults = {name: _stated(parameter.default) for name, parameter in parameters.items()}
+
+        @functools.wraps(verb)
+        def recorded_verb(*arguments: Any, **options: Any) -> xr.Dataset:
+            out = verb(*arguments, **options)
+            given = dict(zip(parameters, arguments)) | options
+            source = getattr(given[subject], "bodies", given[subject])
+            if isinstance(source, xr.Dataset):
+                del given[subject]
+            in_order = {name: _stated(given[name]) for name in (*parameters, *options) if name in given}
+            changed = {name: value for name, value in in_order.items() if value != defaults.get(name)}
+            return record(out, operation, source if isinstance(source, xr.Dataset) else None, **changed)
+
+        return cast(_Verb, recorded_verb)
+
+    return decorate
+
+
+def recorded(verb: _Verb) -> _Verb:
+    """Return a function whose result has a further step in its history, the call: see `recorded_as`."""
+    return recorded_as(verb.__name__)(verb)
 
 
 def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, **arguments: Any) -> xr.Dataset:
@@ -34,7 +71,7 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
     """
     attrs = (ds if source is None else source).attrs
     before = str(attrs.get("history", ""))
-    stated = flat({key: as_json(value) for key, value in arguments.items()})
+    stated = flat({key: _stated(value) for key, value in arguments.items()})
     call = ", ".join(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in stated.items())
     line = f"roughxr {__version__}: {operation}({call})"
     inherited = {name: attrs[name] for name in ("title", "synthetic") if name in attrs}
@@ -45,6 +82,15 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
         if str(name).endswith("delta"):
             out[name].attrs["datum"] = out.attrs["datum"]
     return out
+
+
+def _stated(value: Any) -> Any:
+    """Return an argument as a step states it: a Dataset or an image by its file, its title or its size."""
+    is_named = isinstance(value, xr.Dataset) or (isinstance(value, xr.DataArray) and value.ndim > 1)
+    if not is_named:
+        return as_json(value)
+    sizes = ", ".join(f"{dim}: {size}" for dim, size in value.sizes.items())
+    return str(value.attrs.get("source_file") or value.attrs.get("title") or f"{type(value).__name__} ({sizes})")
 
 
 def flat(values: Mapping[str, Any]) -> dict[str, Any]:

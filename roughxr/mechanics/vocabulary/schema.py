@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .provenance import height_hash, history, record  # noqa: F401
+from .provenance import height_hash, history, record, recorded, recorded_as  # noqa: F401
 from .refusal import Refusal
 from .table import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label  # noqa: F401
 from .text import did_you_mean, warn

@@ -26,6 +26,7 @@ _COUNT = 60
 _START_HEIGHT = 10.0
 
 
+@schema.recorded
 def rigid(
     ds: xr.Dataset | Specimen,
     *,
@@ -128,9 +129,7 @@ def rigid(
     length = {"closest_approach" if ADHESION_LAWS[law].has_closest_approach else "adhesion_range": options.law.length}
     out.attrs = {"datum": datum, "method": "rigid", "law": law, "mesh": mesh, **length}
     out.attrs["missing"] = "NaN where the bodies cannot come so close"
-    arguments = {"delta": problem.steps, "subregions": subregions, "datum": datum, "law": law, "mesh": mesh}
-    out = schema.record(schema.label(out), "rigid", specimen.bodies, fields=fields, **arguments)
-    out = spread.finish(out)
+    out = spread.finish(schema.label(out))
     if not specimen.lazy:
         _warn(out, options)
     return out
