@@ -292,9 +292,8 @@ def _excess_words(summary: xr.Dataset) -> str:
     parameter = f"Tabor's parameter of the sphere is {number(tabor, digits=2)}"
     if tabor < SHORT_RANGE:
         return f"possible for bodies as stiff as these ({parameter})"
-    return (
-        f"which soft bodies ({parameter}) hold where the surface ripples or fits the sphere: compare with a finer mesh"
-    )
+    words = f"which soft bodies ({parameter}) hold where the surface ripples or fits the sphere"
+    return words if "by_front" in summary.attrs else f"{words}: compare with a finer mesh"
 
 
 def _places_in_words(summary: xr.Dataset) -> str:

@@ -249,7 +249,7 @@ def _warn_of_time(adhesion: Adhesion, problem: Problem) -> None:
 def _warn_of_errors(out: xr.Dataset, adhesion: Adhesion) -> None:
     """Warn of places whose pull-off depends on the mesh, or on the heights between the pixels, or has no error."""
     mesh, step, between = (out[f"{name}_error"].values for name in ("mesh", "step", "interpolation"))
-    change = np.fmax(mesh, step)
+    change = np.where(out["mesh"].values > 0, np.fmax(mesh, step), np.nan)  # the front states its error, on no mesh
     accuracy = f"accuracy={adhesion.accuracy:g}"
     if missed := int((change > adhesion.accuracy).sum()):
         warn(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from ..contact.mesh import FRONT
 from ..contact.pressing import is_range
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
@@ -65,6 +66,8 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     out.attrs |= limits | {name: pull.attrs[name] for name in ("law_choice",) if name in pull.attrs}
     if "measured" in pull.attrs:
         out.attrs["measured"] = pull.attrs["measured"]
+    if pull.attrs.get("mesh") == FRONT:
+        out.attrs["by_front"] = "yes"
     return out.assign_attrs(rigid="yes") if "cell_error" in pull and "pull_off_error" not in pull else out
 
 
