@@ -7,7 +7,6 @@ fractional bits, which the trigger shows: the force reaches its threshold in con
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
 from io import StringIO
@@ -18,6 +17,8 @@ import numpy as np
 import pandas as pd
 
 from ...mechanics.vocabulary.refusal import Refusal
+from ..images.channel import first_bytes
+from ..images.nanoscope_header import LARGEST_HEADER, SCALED, SENSITIVITY, Block, header_blocks, header_values
 from ..images.plain import decoded
 from . import curve_reader
 
@@ -33,16 +34,6 @@ _JPK_HEIGHTS = (*_JPK_SENSORS, *(f"smoothed{name[0].upper()}{name[1:]}" for name
 
 #: NanoScope Analysis' columns of the ramp, sensors first.
 _RAMPS = ("Height_Sensor", "Calc_Ramp")
-
-#: Largest size of NanoScope's header, bytes, and its last line.
-_LARGEST_HEADER = 2**20
-_HEADER_END = re.compile(rb"\\\*(?:Force )?[Ff]ile list end")
-
-#: A value in V of NanoScope's header, its sensitivity, and the size of a count; a sensitivity.
-SCALED = re.compile(
-    r"V (?:\[(?P<quantity>[^\]]*)\] )?\((?P<lsb>[-+0-9.eE]*)[^)]*\)\s*(?P<value>[-+0-9.eE]+) ?(?P<units>\w*)"
-)
-SENSITIVITY = re.compile(r"V\s+(?P<value>[-+0-9.eE]+) ?(?P<units>\S*)")
 
 #: Possible numbers of fractional bits of integers of four bytes.
 _POSSIBLE_BITS = (0, 8, 16)
@@ -141,7 +132,7 @@ def _nanoscope_text(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     first = next((k for k, line in enumerate(lines) if "_Ex" in line and not line.lstrip('"').startswith("\\")), None)
     if first is None:
         raise Refusal("", "columns of the extension, such as Calc_Ramp_Ex_nm and Defl_pN_Ex", "none")
-    header = _header_values([line.strip().strip('"') for line in lines[:first]])
+    header = header_values([line.strip().strip('"') for line in lines[:first]])
     table = pd.read_csv(StringIO("\n".join(lines[first:])), sep="\t", skipinitialspace=True, dtype=str)
     table = table.apply(lambda column: pd.to_numeric(column.str.replace(",", "."), errors="coerce"))
     calibration = _nanoscope_calibration(header, "Sens. DeflSens") | known
@@ -175,18 +166,6 @@ def _column_quantity(name: str, branch: str) -> tuple[str, str]:
     return quantity, unit
 
 
-def _header_values(lines: list[str]) -> dict[str, str]:
-    """Return the values of NanoScope's header lines by their names, the last of each name."""
-    pairs = (line[1:].partition(":") if not line.startswith("\\@") else _numbered(line) for line in lines)
-    return {key.strip().lower(): value.strip() for key, _, value in pairs}
-
-
-def _numbered(line: str) -> tuple[str, str, str]:
-    """Return name and value of a line such as "\\@4:Z scale: V […] (…) 2.5 V", without its number."""
-    name, colon, value = re.sub(r"^\\@(?:\d+:)?", "", line).partition(":")
-    return name, colon, value
-
-
 def _nanoscope_calibration(header: dict[str, str], quantity: str) -> dict[str, float]:
     """Return sensitivity (m/V; without units nm/V) and spring constant (N/m) of a header."""
     values: dict[str, float] = {}
@@ -196,13 +175,6 @@ def _nanoscope_calibration(header: dict[str, str], quantity: str) -> dict[str, f
     if _is_number(header.get("spring constant", "")):
         values["spring constant"] = float(header["spring constant"])
     return values
-
-
-class _Block(NamedTuple):
-    """A list of NanoScope's header: its title and values."""
-
-    title: str
-    values: dict[str, str]
 
 
 class _Quantity(NamedTuple):
@@ -235,48 +207,55 @@ def _heights(
 
 def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     """Yield the curves of NanoScope's force curves and volumes."""
-    blocks = nanoscope_blocks(path)
+    blocks = header_blocks(first_bytes(path, LARGEST_HEADER))
     header = {key: value for block in blocks if "image list" not in block.title for key, value in block.values.items()}
-    images = [block.values for block in blocks if "force image list" in block.title.lower()]
     scans = [block.values for block in blocks if block.title.lower() == "ciao image list"]
-    deflection = next((image for image in images if "Defl" in image.get("image data", "")), None)
-    sensor = next((image for image in images if "ZSensor" in image.get("image data", "")), None)
-    if deflection is None:
-        titles = ", ".join(image.get("image data", "unnamed") for image in images) or "none"
-        raise Refusal("", "curves of the deflection", titles, "capture the deflection")
+    deflection, sensor = _force_images(blocks)
     values = header | deflection
     count = _curve_count(header, scans)
     sizes = _sample_counts(values)
     stored = _stored(path, deflection, count, sum(sizes))
+    stored_size = stored.counts.shape[1]
+    heights = _heights(path, sensor, values, count, sizes, stored_size)
     bits = _fractional_bits(stored, sizes, header) if stored.counts.itemsize == 4 else 0
     metadata = _nanoscope_calibration(values, stored.sensitivity) | known
-    heights = _heights(path, sensor, values, count, sizes, stored.counts.shape[1])
     # a branch that stopped at the trigger is filled up to half of the stored samples
-    size = stored.counts.shape[1]
-    retraction = size // 2 if size > sum(sizes) else sizes[0]
+    retraction = stored_size // 2 if stored_size > sum(sizes) else sizes[0]
     in_time = np.r_[sizes[0] - 1 : -1 : -1, retraction : retraction + sizes[1]]
-
-    def columns(number: int) -> dict[str, np.ndarray]:
-        newtons = stored.factor / 2**bits * metadata["sensitivity"] * metadata["spring constant"]
-        return {
-            "height (measured)": (heights.counts[number] * heights.factor)[in_time],
-            "force": (stored.counts[number] * newtons)[in_time],
-            "segment": np.repeat([0, 1], sizes),
-        }
-
+    newtons = stored.factor / 2**bits
+    for name in _CALIBRATION:
+        newtons *= metadata.get(name, np.nan)
+    curves = _Curves(heights, stored._replace(factor=newtons), in_time, np.repeat([0, 1], sizes))
     for number in range(count):
         places = _place(number, count, header, scans) if count > 1 else {}
-        yield {"metadata": {**metadata, **places}, "data": partial(columns, number), "needed": _CALIBRATION}
+        yield {"metadata": {**metadata, **places}, "data": partial(curves.columns, number), "needed": _CALIBRATION}
 
 
-def nanoscope_blocks(path: Path) -> list[_Block]:
-    """Return the lists of a NanoScope header."""
-    with path.open("rb") as file:
-        raw = file.read(_LARGEST_HEADER)
-    end = _HEADER_END.search(raw)
-    parts = re.split(r"(?m)^\\\*", raw[: end.start() if end else len(raw)].decode("latin-1"))
-    blocks = (part.splitlines() for part in parts if part)
-    return [_Block(lines[0].strip(), _header_values(lines[1:])) for lines in blocks]
+def _force_images(blocks: list[Block]) -> tuple[dict[str, str], dict[str, str] | None]:
+    """Return the values of the curves' deflections, and of their heights by a sensor, if there is one."""
+    images = [block.values for block in blocks if "force image list" in block.title.lower()]
+    titles = [image.get("image data", "unnamed") for image in images]
+    deflection = next((image for image, title in zip(images, titles) if "Defl" in title), None)
+    sensor = next((image for image, title in zip(images, titles) if "ZSensor" in title), None)
+    if deflection is None:
+        raise Refusal("", "curves of the deflection", ", ".join(titles) or "none", "capture the deflection")
+    return deflection, sensor
+
+
+class _Curves(NamedTuple):
+    """The curves of a NanoScope file."""
+
+    heights: _Quantity
+    forces: _Quantity
+    in_time: np.ndarray  # numbers of the stored samples in the order of time
+    segment: np.ndarray  # of each sample
+
+    def columns(self, number: int) -> dict[str, np.ndarray]:
+        """Return the samples of a curve."""
+        height, force = (
+            (quantity.counts[number] * quantity.factor)[self.in_time] for quantity in (self.heights, self.forces)
+        )
+        return {"height (measured)": height, "force": force, "segment": self.segment}
 
 
 def _is_peak_force(header: dict[str, str]) -> bool:

@@ -9,8 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from ...mechanics.vocabulary.units import converts
-from ..images.channel import Channel, UnreadableScan
-from .exported_curves import SCALED, SENSITIVITY, nanoscope_blocks
+from ..images.channel import Channel, UnreadableScan, first_bytes
+from ..images.nanoscope_header import LARGEST_HEADER, SCALED, SENSITIVITY, header_blocks
 
 #: Size of the units of a hard scale, in V; of arbitrary units in themselves.
 _HARD_UNITS = {"V": 1.0, "mV": 1e-3, "Arb": 1.0}
@@ -31,7 +31,7 @@ def with_vendor_scale(path: Path, channels: list[Channel], chosen: Channel, fami
 
 def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
     """Return the units of a Nanoscope image, and the value of one count in them."""
-    blocks = nanoscope_blocks(path)
+    blocks = header_blocks(first_bytes(path, LARGEST_HEADER))
     images = [block.values for block in blocks if block.title.lower() in ("ciao image list", "afm image list")]
     image = images[index] if index < len(images) else {}
     scale = SCALED.match(image.get("z scale", ""))

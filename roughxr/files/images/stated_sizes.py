@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from .channel import refuse_other_size
+from .nanoscope_header import header_blocks
 
 #: Bytes of the header of an NT-MDT file, of an Igor wave before its parts, and at the end of Asylum's waves.
 _MDT_HEADER = 33
@@ -22,10 +23,6 @@ _ASYLUM_END = re.compile(rb" ?(\d{4}) MFP3D$")
 #: Bytes of a height in a BCR file by its kind, and of a header that does not state its size.
 _BCR_BYTES = {"bcrf": 4, "bcrstm": 2}
 _BCR_HEADER = 2048
-
-#: Sections of a NanoScope header, and the entries of those with data.
-_NANOSCOPE_SECTION = re.compile(rb"^\\\*", re.MULTILINE)
-_NANOSCOPE_ENTRY = re.compile(rb"^\\Data (offset|length): *(\d+)", re.MULTILINE)
 
 #: End of an Agilent header: its last line, which states the kind of data.
 _AGILENT_END = re.compile(rb"^data {10}(\w*)\r?\n", re.MULTILINE)
@@ -113,9 +110,8 @@ def _bcr_size(data: bytes) -> int:
 
 def _nanoscope_size(data: bytes) -> int:
     """Return the end of the last block of a NanoScope file."""
-    header, _, _ = data.partition(b"\x1a")
-    blocks = [dict(_NANOSCOPE_ENTRY.findall(section)) for section in _NANOSCOPE_SECTION.split(header)]
-    return max(int(block[b"offset"]) + int(block[b"length"]) for block in blocks if len(block) > 1)
+    values = [block.values for block in header_blocks(data) if {"data offset", "data length"} <= set(block.values)]
+    return max(int(block["data offset"]) + int(block["data length"]) for block in values)
 
 
 def _agilent_size(data: bytes) -> int:
