@@ -10,7 +10,6 @@ import xarray as xr
 
 from ..mechanics.bodies.pair_record import read_pair
 from ..mechanics.statistics.means import (
-    HALF_WIDTH,
     INTERVAL,
     PRESSED,
     estimated_mean,
@@ -23,6 +22,7 @@ from ..mechanics.vocabulary import schema
 from ..mechanics.vocabulary.adhesion_laws import SHORT_RANGE
 from ..mechanics.vocabulary.error_sources import (
     ERROR_SOURCES,
+    HALF_WIDTH,
     ONE_SCAN,
     PLACES,
     PRESSING,
@@ -30,6 +30,7 @@ from ..mechanics.vocabulary.error_sources import (
     SECOND_SCAN_WIDTH,
     UNSEEN,
     UNSEEN_WORDS,
+    total_std,
 )
 from ..mechanics.vocabulary.numbers import (
     bounds_in_words,
@@ -119,8 +120,8 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
         best_estimate=estimate["pull_off_mean"],
         best_low=estimate["pull_off_low"],
         best_high=estimate["pull_off_high"],
-        pair_error=HALF_WIDTH * float(np.sqrt((pair_deviations**2).sum())) if pair_deviations.size else np.nan,
-        scan_error=HALF_WIDTH * float(np.sqrt((scan_deviations**2).sum())),
+        pair_error=HALF_WIDTH * total_std(pair_deviations) if pair_deviations.size else np.nan,
+        scan_error=HALF_WIDTH * total_std(scan_deviations),
     )
     attributes = {name: estimate.attrs[name] for name in ("narrowing_source", "unseen_by")}
     return out.assign_attrs(attributes, scan_sources=_largest_sources(scan_deviations))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from ...mechanics.vocabulary.error_sources import total_std
 from ...mechanics.vocabulary.numbers import number, with_error
 from .style import BLACK, BLUE, GREY, ORANGE, SMALL, Axes, axes, legend, styled
 
@@ -59,7 +60,7 @@ def _budget_bars(ds: xr.Dataset) -> dict[str, tuple]:
     ]
     is_bias = ds["known_bias"].values if "known_bias" in ds else np.zeros(entry.size, bool)
     bars: dict[str, tuple] = {str(name): (*row, BLUE) for name, *row in zip(entry, *columns, is_bias)}
-    total = float(ds["total_std"]) if "total_std" in ds else float(np.sqrt((ds["relative_std"] ** 2).sum()))
+    total = float(ds["total_std"]) if "total_std" in ds else total_std(ds["relative_std"])
     standard_error = float(ds["total_standard_error"]) if "total_standard_error" in ds else np.nan
     bars["all of these"] = (100 * total, 100 * standard_error, np.nan, np.nan, False, BLACK)
     return bars

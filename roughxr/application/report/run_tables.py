@@ -15,7 +15,7 @@ from ...mechanics.statistics import smooth_pull_off
 from ...mechanics.statistics.sampling import at_first_preload, by_share, has_debris_flags, standard_deviation
 from ...mechanics.studies.uncertainty_budget import accuracy_words
 from ...mechanics.vocabulary.adhesion_laws import HERTZ
-from ...mechanics.vocabulary.error_sources import UNSEEN
+from ...mechanics.vocabulary.error_sources import UNSEEN, total_std
 from ...mechanics.vocabulary.numbers import number, percent, prefixed, value_and_interval, with_error
 from ..figures.values import FORMULAS
 from ..headline import best_estimate
@@ -212,11 +212,12 @@ def full_budget(run: Run) -> xr.Dataset:
     added = xr.Dataset({name: ("entry", [value]) for name, value in row.items()}, {"entry": [UNSEEN]})
     out = xr.concat([entries.drop_vars(set(entries.coords) - {"entry"}), added], "entry")
     out = out.assign({name: budget[name] for name in ("pull_off_corrected", "pull_off_mean")})
-    total = np.hypot(float(budget["total_std"]), unseen)
     seen = f"Without roughness finer than {finest} the total is {percent(budget['total_std'])}"
     accuracy = accuracy_words(float(budget["total_std"]), float(budget["total_standard_error"]))
     decided = f"{seen}, which {accuracy}; the error of the entry of that roughness is not known."
-    return out.assign(total_std=total, total_standard_error=np.nan).assign_attrs(budget.attrs, decided=decided)
+    return out.assign(total_std=total_std(out["relative_std"]), total_standard_error=np.nan).assign_attrs(
+        budget.attrs, decided=decided
+    )
 
 
 def _budget_row(error: float, deviation: float, change: float, how: str) -> list[str]:

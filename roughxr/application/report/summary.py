@@ -16,9 +16,10 @@ from ...mechanics.particles.loads import fluid_in_words
 from ...mechanics.particles.removal import strength_quantile
 from ...mechanics.scans.plausibility import is_noise
 from ...mechanics.scans.regions import sides
-from ...mechanics.statistics.means import HALF_WIDTH, mean_pull_off, with_units
+from ...mechanics.statistics.means import mean_pull_off, with_units
 from ...mechanics.statistics.sampling import by_share, place_numbers, place_order
 from ...mechanics.vocabulary import schema
+from ...mechanics.vocabulary.error_sources import HALF_WIDTH
 from ...mechanics.vocabulary.numbers import number
 from ...mechanics.vocabulary.text import printable
 from ..headline import best_estimate, with_best_estimate

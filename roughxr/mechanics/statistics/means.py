@@ -14,9 +14,6 @@ from .pull_off_events import pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions, refuse_conditions, sample_bounds, with_limits
 from .uncertainty import bootstrap
 
-#: Half width of a normal 95 % interval, in standard deviations.
-HALF_WIDTH = 1.96
-
 #: Relative errors of places, of the simulation with adhesion and of rigid bodies.
 _PLACE_ERRORS = ("pull_off_error", "cell_error")
 

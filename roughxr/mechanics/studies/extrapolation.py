@@ -10,7 +10,6 @@ simulation. All this holds for particles at rest as for probes, but that one sca
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,10 +22,11 @@ from ..contact.mesh import FRONT, MOST_REFINED, Mesh, read_mesh
 from ..contact.regimes import need_sphere
 from ..scans import regions
 from ..specimen import Specimen
-from ..statistics.means import HALF_WIDTH, mean_pull_off, mesh_error, pressed_means
+from ..statistics.means import mean_pull_off, mesh_error, pressed_means
 from ..statistics.sampling import SHARE, at_first_preload
 from ..vocabulary import schema
 from ..vocabulary.error_sources import (
+    HALF_WIDTH,
     MEASURED,
     MESH,
     ONE_SCAN,
@@ -39,6 +39,10 @@ from ..vocabulary.error_sources import (
     SECOND_SCAN_PIXEL,
     UNSEEN,
     UNSEEN_WORDS,
+    KnownError,
+    symmetric_error,
+    total_error,
+    total_std,
 )
 from ..vocabulary.numbers import number
 from ..vocabulary.refusal import Refusal
@@ -92,9 +96,9 @@ class RoughnessFactor(NamedTuple):
     source: str  # a key of `UNSEEN_WORDS`
 
     @property
-    def error(self) -> float:
-        """The standard deviation of ln(factor), if both ends were equally far."""
-        return (self.below + self.above) / (2 * HALF_WIDTH)
+    def error(self) -> KnownError:
+        """The error of ln(factor)."""
+        return KnownError(self.below, self.above)
 
 
 @schema.recorded
@@ -229,19 +233,22 @@ def real_pull_off(
             "take a larger grid or a larger scan",
         )
     unseen, noise = _unseen_factor(ds, solved, end, finer, measured, force_std)
-    errors = {PLACES: _Ends(np.log(mean / low), np.log(high / mean)), UNSEEN: _Ends(unseen.below, unseen.above)}
-    errors |= {name: _both_ends(HALF_WIDTH * error) for name, error in _pair_errors(budget).items()}
+    errors = {PLACES: KnownError(np.log(mean / low), np.log(high / mean)), UNSEEN: unseen.error}
+    errors |= {name: symmetric_error(error) for name, error in _pair_errors(budget).items()}
     if finer is not None:
-        errors[SECOND_SCAN_NOISE] = _both_ends(HALF_WIDTH * noise)
+        errors[SECOND_SCAN_NOISE] = symmetric_error(noise)
     if MESH not in errors or not np.isfinite(errors[MESH].below):
-        errors[MESH] = _both_ends(float(np.nan_to_num(mesh_error(pull_off))))
+        numerical = float(np.nan_to_num(mesh_error(pull_off)))
+        errors[MESH] = KnownError(numerical, numerical)
     if pressed := pressed_means(pull_off):
-        errors[PRESSING] = _Ends(np.log(mean / pressed[0]), np.log(pressed[1] / mean))
-    remaining = {UNSEEN: errors[UNSEEN]} | _after_second_scan(ds, finer, end)
+        errors[PRESSING] = KnownError(np.log(mean / pressed[0]), np.log(pressed[1] / mean))
+    remaining = (
+        dict.fromkeys(errors, symmetric_error(0.0)) | {UNSEEN: errors[UNSEEN]} | _after_second_scan(ds, finer, end)
+    )
     factor = float(np.exp(unseen.log))
     best = factor * mean
-    ends = _sum_of(errors)
-    narrowed = {name: _sum_of(errors | {name: remaining.get(name, _both_ends(0.0))}) for name in errors}
+    ends = total_error(*errors.values())
+    narrowed = {name: total_error(*(errors | {name: remaining[name]}).values()) for name in errors}
     step = min(narrowed, key=lambda name: sum(narrowed[name]))
     out = xr.Dataset(
         {
@@ -258,7 +265,7 @@ def real_pull_off(
             "narrowed_low": best * np.exp(-narrowed[step].below),
             "narrowed_high": best * np.exp(narrowed[step].above),
             "relative_std": ("entry", [error.std for error in errors.values()]),
-            "remaining_std": ("entry", [remaining.get(name, _both_ends(0.0)).std for name in errors]),
+            "remaining_std": ("entry", [remaining[name].std for name in errors]),
         },
         {"entry": list(errors), **pull_off["pull_off_force"].coords},
     )
@@ -270,33 +277,12 @@ def real_pull_off(
     return schema.label(out)
 
 
-class _Ends(NamedTuple):
-    """Distances of ln(mean) from the ends of its 95 % interval, by one error or by all."""
-
-    below: float
-    above: float
-
-    @property
-    def std(self) -> float:
-        """The standard deviation of ln(mean), if both ends were equally far."""
-        return (self.below + self.above) / (2 * HALF_WIDTH)
-
-
-def _both_ends(distance: float) -> _Ends:
-    return _Ends(distance, distance)
-
-
-def _sum_of(errors: Mapping[str, _Ends]) -> _Ends:
-    """Return the ends by several independent errors."""
-    return _Ends(*np.hypot.reduce(list(errors.values())).tolist())
-
-
-def _after_second_scan(ds: xr.Dataset, finer: xr.Dataset | None, end: float) -> dict[str, _Ends]:
+def _after_second_scan(ds: xr.Dataset, finer: xr.Dataset | None, end: float) -> dict[str, KnownError]:
     """Return what a second scan on the advised pixels leaves of the error of unseen roughness, if it is advised."""
     if finer is not None or SECOND_SCAN_PART * max(schema.pixel(ds)) < SECOND_SCAN_PIXEL:
         return {}
     second = second_scan_factor(0.0, _shown_wavelength(ds), _PIXELS_PER_WAVELENGTH * SECOND_SCAN_PIXEL, end)
-    return {UNSEEN: _Ends(second.below, second.above)}
+    return {UNSEEN: second.error}
 
 
 def pixel_series(ds: xr.Dataset, solved: xr.Dataset, preload: float) -> xr.Dataset:
@@ -349,7 +335,7 @@ def _unseen_factor(
         second = second_scan(ds, finer)
         log, noise = second_scan_ratio(second, solved.attrs["law"])
         unseen = second_scan_factor(log, shown, second.shown_wavelength, end)
-    if measured is not None and SHARE not in solved.coords and unseen.error > 0:
+    if measured is not None and SHARE not in solved.coords and unseen.error.std > 0:
         by_forces = _measured_factor(measured, force_std)
         unseen = by_forces if finer is None else _combined_factor(unseen, by_forces)
     return unseen, noise
@@ -451,8 +437,9 @@ def _measured_factor(measured: xr.Dataset, force_std: float) -> RoughnessFactor:
     if not np.isfinite([ratio, low, high]).all():
         raise Refusal("measured", "an interval of the ratio", "none", "measure more places")
     scatter = np.log(high / low) / (2 * HALF_WIDTH)
-    error = HALF_WIDTH * float(np.hypot.reduce([scatter, force_std, _TRANSFER_ERROR]))
-    return RoughnessFactor(float(np.log(ratio)), error, error, MEASURED)
+    return RoughnessFactor(
+        float(np.log(ratio)), *symmetric_error(total_std([scatter, force_std, _TRANSFER_ERROR])), MEASURED
+    )
 
 
 def _combined_factor(first: RoughnessFactor, second: RoughnessFactor) -> RoughnessFactor:
@@ -461,7 +448,7 @@ def _combined_factor(first: RoughnessFactor, second: RoughnessFactor) -> Roughne
     Estimates of one surface may be wrong in the same way, so that agreement does not narrow the error. The source is
     that of the second.
     """
-    weights = np.array([first.error, second.error]) ** -2
+    weights = np.array([first.error.std, second.error.std]) ** -2
     log, below, above = np.average([first[:3], second[:3]], axis=0, weights=weights).tolist()
     return RoughnessFactor(log, below, above, second.source)
 

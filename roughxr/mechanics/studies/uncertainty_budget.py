@@ -28,7 +28,7 @@ from ..statistics.means import mesh_error
 from ..statistics.sampling import by_share, place_order, shares
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
-from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, MESH, RANGE, SAMPLING, THIN
+from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, MESH, RANGE, SAMPLING, THIN, total_std
 from ..vocabulary.numbers import percent
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
@@ -224,7 +224,7 @@ def _total(entries: Mapping[str, _Entry]) -> tuple[float, float]:
     if not computed.size:
         return np.nan, np.nan
     value, error = computed.T
-    total = float(np.sqrt((value**2).sum()))
+    total = total_std(value)
     return total, float(np.sqrt(((value**2 + 0.5 * error**2) * error**2).sum())) / max(total, 1e-300)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 #: Keys of the sources that are no change of an assumption: the choice of places, in the best estimate and in the
 #: budget; the roughness that the scan does not show; the energy that the law of thin menisci neglects; how hard the
@@ -32,6 +34,9 @@ UNSEEN_WORDS = {
     SECOND_SCAN: "by a second scan",
     MEASURED: "by measured pull-offs",
 }
+
+#: Half width of a normal 95 % interval, in standard deviations.
+HALF_WIDTH = 1.96
 
 #: Radius (nm) of the tip whose effect is removed.
 TIP_RADIUS = 10.0
@@ -98,3 +103,30 @@ UNKNOWN_RANGE = 2.0
 
 #: The sources that a budget computes by a change.
 CHANGED = tuple(name for name, source in ERROR_SOURCES.items() if source.settings)
+
+
+class KnownError(NamedTuple):
+    """Distances of ln(mean) from the ends of its 95 % interval, by one error or by several."""
+
+    below: float
+    above: float
+
+    @property
+    def std(self) -> float:
+        """The standard deviation of ln(mean), if both ends were equally far."""
+        return (self.below + self.above) / (2 * HALF_WIDTH)
+
+
+def symmetric_error(deviation: float) -> KnownError:
+    """Return the error of a standard deviation of ln(mean)."""
+    return KnownError(HALF_WIDTH * deviation, HALF_WIDTH * deviation)
+
+
+def total_error(*errors: KnownError) -> KnownError:
+    """Return the error by several independent ones."""
+    return KnownError(*np.hypot.reduce(errors).tolist())
+
+
+def total_std(deviations: Any) -> float:
+    """Return the standard deviation by several independent ones; unknown ones are left out."""
+    return float(np.hypot.reduce(np.nan_to_num(deviations)))
