@@ -238,7 +238,7 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     biased = run | {"statistics/error_budget": budget.assign(pull_off_corrected=0.75 * budget.pull_off_mean)}
     mean = numbers.quantity(0.75 * float(solved.contact.pull_off().pull_off_force.mean()))
     assert f"without its known bias, 25 %, is {mean}." in report.headline(biased)
-    table = report.budget_table(run)
+    table = report.tables(run)["Error budget of the mean pull-off"]
     assert table.index[-1] == "all of these" and " ± " in table["error [%]"]["work of adhesion"]
     assert budget.attrs["decided"] in table["how it was computed"]["all of these"]
     run["solutions/adhesive"] = solved.assign(pull_off_resolution=0.7 * solved.mesh)
@@ -274,7 +274,8 @@ def test_the_accuracy_in_the_last_row_is_that_of_the_total_without_unseen_roughn
     """It stood as that of the total, most of which is the entry of unseen roughness, known to no accuracy."""
     values = {"pull_off_mean": 10.0, "pull_off_low": 4.0, "pull_off_high": 25.0, "finest_shown": 20.0}
     estimate = xr.Dataset(values | {"relative_std": ("entry", [0.5])}, {"entry": ["unseen roughness"]})
-    total = report.budget_table({BUDGET: budget, "statistics/extrapolated": estimate}).loc["all of these"]
+    run = {BUDGET: budget, "statistics/extrapolated": estimate}
+    total = report.tables(run)["Error budget of the mean pull-off"].loc["all of these"]
     assert "±" not in total["error [%]"] and float(total["error [%]"]) > 50
     seen = numbers.percent(budget.total_std)
     assert (

@@ -541,7 +541,7 @@ def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
         expected, rel=5e-3
     )
     assert float(force.sel(formula="sum") / force.sel(formula="smooth")) == pytest.approx(1, abs=0.5)
-    assert "Rabinovich 2002" in report.formula_table({"statistics/formulas": table}).index[3]
+    assert "Rabinovich 2002" in report.tables({"statistics/formulas": table})["Usual formulas"].index[3]
 
 
 def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):

@@ -22,8 +22,9 @@ from roughxr.application import cli, report
 from roughxr.application.headline import _next_step
 from roughxr.application.report import report_page
 from roughxr.application.report.report_page import methods
-from roughxr.application.report.run_tables import debris_flags
+from roughxr.application.report.run_numbers import debris_flags, run_numbers, summary_numbers
 from roughxr.application.runs import analysis, several
+from roughxr.application.wording import table_of_words
 from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
 from roughxr.mechanics.particles.removal import strength_quantile
 from roughxr.mechanics.specimen import specimen_of
@@ -95,7 +96,7 @@ def area_of_places(pull):
 
 
 def test_main_numbers_are_those_of_the_simulation_with_and_without_debris(run):
-    table = report.main_numbers(run)
+    table = report.tables(run)["Pull-off force"]
     pull = run["statistics/adhesive"].pull_off_force
     estimate = {row: float(cell.partition(" nN")[0]) for row, cell in table["estimate"].items()}
     assert estimate["mean, all places"] == pytest.approx(np.average(pull, weights=area_of_places(pull)), rel=0.01)
@@ -105,7 +106,7 @@ def test_main_numbers_are_those_of_the_simulation_with_and_without_debris(run):
 
 
 def test_the_flow_that_moves_the_sphere_takes_the_pull_off_of_the_simulation(written, run):
-    table = report.detachment_table(run)
+    table = report.tables(run)["Detachment in a flow of air"]
     rolled = run["solutions/rolling"]
     ratio = run["statistics/adhesive"].pull_off_force / rolled.pull_off_force  # rolled off, u* goes as the root of it
     expected = rolled.contact.critical_load().critical_friction_velocity * np.sqrt(ratio)
@@ -215,7 +216,7 @@ def test_places_that_leave_without_a_flow_count_at_zero_and_all_modes_add_up(run
     rolls_off = critical.subregion.isin(critical.subregion[:7])
     speed = critical.critical_friction_velocity.where(~rolls_off)
     changed = critical.assign(critical_friction_velocity=speed, mode=critical["mode"].where(~rolls_off, "no rest"))
-    table = report.detachment_table({**run, "statistics/detachment": changed})["adhesive"]
+    table = report.tables({**run, "statistics/detachment": changed})["Detachment in a flow of air"]["adhesive"]
     modes = [row for row in table.index if row.startswith("places where the sphere")]
     assert table[modes].sum() == pytest.approx(100, abs=1)
     away = 100 * float(by_share(xr.where(speed.isnull(), 1.0, 0.0)).mean())
@@ -375,12 +376,12 @@ def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written
     text, _, _ = html.unescape(written.read_text(encoding="utf-8")).partition('<section id="repeat">')
     assert "simplest valid model</dt><dd>simulation with adhesion" in text and "law=" not in text
     assert "Rabinovich, two scales" in text
-    table = report.formula_table(run)
+    table = report.tables(run)["Usual formulas"]
     assert table["over rigid bodies"].iloc[0] == 1.0
     smooth = 2 * np.pi * 0.5 * 500  # 2πwR in nN, by Bradley
     size = {"nN": 1.0, "µN": 1e3}[table.columns[0].split("[")[1].rstrip("]")]
     assert table.filter(like="pull-off").loc["Bradley, smooth sphere"].iloc[0] == pytest.approx(smooth / size, rel=1e-3)
-    assert report.contact_table(run).loc["places that adhere", "rigid"] == 9
+    assert report.tables(run)["Pull-off force by method"].loc["places that adhere", "rigid"] == 9
     at_places = float(run["statistics/rigid"].pull_off_force.median())  # the same places, the same sum: one number
     assert float(table.iloc[0, 0]) * size == pytest.approx(at_places, rel=1e-6)
 
@@ -425,7 +426,7 @@ def test_unseen_roughness_is_an_entry_of_the_reports_budget(run):
     unseen = float(run["statistics/extrapolated"].relative_std.sel(entry="unseen roughness"))
     assert whole.entry.values.tolist() == [*budget.entry.values.tolist(), "unseen roughness"]
     assert float(whole.total_std) ** 2 == pytest.approx(float(budget.total_std) ** 2 + unseen**2)
-    table = report.budget_table(run)
+    table = report.tables(run)["Error budget of the mean pull-off"]
     assert "finer than" in table.loc["unseen roughness", "how it was computed"]
     assert float(table.loc["all of these", "error [%]"].partition(" ")[0]) > 100 * unseen
     labels = [label.get_text() for label in figures.error_budget(whole).get_yticklabels()]
@@ -458,6 +459,24 @@ def test_report_and_index_are_whole_in_a_browser(written, run, width, tmp_path):
             assert all(browser.value("[...document.images].map(image => image.naturalWidth > 0)"))
         table = "document.querySelector('table')"  # of the index: at any width without scrolling in its box
         assert browser.value(f"{table}.scrollWidth <= {table}.parentElement.clientWidth")
+
+
+def test_every_number_has_its_row_and_every_row_its_number(run):
+    """The page of several scans headed a half width of the 95 % interval as one standard deviation."""
+    rows = [row for part in run_numbers(run).values() for row in part]
+    assert {row.name for row in rows} >= {name for name, *_ in table_of_words("numbers.csv") if not is_rare(name)}
+    median = next(row for row in rows if row.name == "detachment.q50" and row.source == "extrapolated")
+    speed = run["statistics/summary"]["critical_friction_velocity"]
+    assert median.low < median.value < median.high and median.value == float(speed) and median.units == speed.units
+    sheet = {row.name: row for row in summary_numbers(run["statistics/summary"])}
+    assert sheet["total_error"].value == pytest.approx(1.96 * float(run["statistics/error_budget"].total_std))
+    assert "half width of the 95 % interval" in sheet["total_error"].words
+    assert sheet["best_estimate"].high == float(run["statistics/summary"].best_high)
+
+
+def is_rare(name):
+    """Return whether a run of nine places lacks a number."""
+    return name in ("interval.q5", "interval.q95")
 
 
 def test_links_of_the_index_lead_to_the_files_of_their_scans(run, tmp_path):
@@ -607,7 +626,7 @@ def test_a_synthetic_surface_has_no_real_one_at_any_door(synthetic_run, tmp_path
         for phrase in ("real surface", "best estimate", "second scan", "larger scan", "larger area", "finer scan"):
             assert phrase not in sentence, (name, phrase)
     assert "The scan is synthetic: generated from a random seed, not measured." in result.cautions
-    assert list(several._cells(result)[:2]) == ["–", "–"]
+    assert [text for _, text in several._cells(result)[:2]] == ["–", "–"]
 
 
 def test_an_estimate_of_a_synthetic_surface_is_refused_in_words(synthetic_run, tmp_path):

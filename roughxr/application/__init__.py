@@ -9,4 +9,5 @@ report        words, tables and pages of a run
 runs          from scans to archives with figures and pages
 reproduction  the paper's plan, printed values, tables and figures
 cli           the command line
+wording       what people read, as text files
 """

@@ -24,7 +24,6 @@ from ...mechanics.particles.force_balance import (
     strength_of_places,
 )
 from ...mechanics.particles.loads import fluid_in_words, read_flow
-from ...mechanics.particles.removal import strength_quantile
 from ...mechanics.statistics.sampling import by_share, one_of_each_place
 from ...mechanics.vocabulary.numbers import number, percent, value_and_interval, with_interval
 from ...mechanics.vocabulary.refusal import Refusal
@@ -36,8 +35,7 @@ from ..figures.maps import critical_map
 from ..figures.particle_figures import removed_share
 from ..figures.style import SMALL
 from ..report.detachment import turbulent_speed
-from ..report.report_page import setting
-from ..report.run_tables import METHOD_WORDS
+from ..report.run_numbers import METHOD_WORDS, critical_strength
 from ..report.summary import best_method, critical_flow, place_table, scan_label, with_few_digits
 from . import words
 from .file_commands import save_picture
@@ -78,7 +76,7 @@ def detach(options: Namespace) -> None:
         groups = _load(path)
         critical, moments, title = _critical_load(options, groups)
         label = scan_label(groups)
-        media.add(setting(groups)["medium"] or "air")
+        media.add(groups["scan"].attrs.get("medium") or "air")
         table = adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
         tables[name] = place_table(table, label)
         criticals[name] = critical
@@ -156,15 +154,14 @@ def _strength(critical: xr.Dataset) -> xr.DataArray:
     return critical[next(iter(critical.data_vars))]
 
 
+def _units(critical: xr.Dataset) -> str:
+    return _strength(critical).attrs["units"].replace("^2", "²")
+
+
 def _row(critical: xr.Dataset, share: float | None) -> dict[str, str]:
     """Return the critical strength of a run in a row: median, or that for a share, with interval, and first mode."""
-    units = _strength(critical).attrs["units"].replace("^2", "²")
-    label = "median"
-    ends = strength_quantile(critical)
-    if share is not None:
-        label = f"removes {percent(share)}"
-        ends = _removing_ends(critical, share)
-    strength, interval = value_and_interval(*ends, units)
+    label = "median" if share is None else f"removes {percent(share)}"
+    strength, interval = value_and_interval(*critical_strength(critical, share), _units(critical))
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     most = f"{modes[np.argmax(counts)]}, at {counts.max()} of {counts.sum()} places"
     return {label: strength, _INTERVAL: interval, "first mode of most": most}
@@ -173,14 +170,14 @@ def _row(critical: xr.Dataset, share: float | None) -> dict[str, str]:
 def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:
     """Print the critical strength and the modes of detachment."""
     strength = _strength(critical)
-    units = strength.attrs["units"].replace("^2", "²")
+    units = _units(critical)
     of = "particles" if "landing_share" in critical.coords else "places"
     values = strength_of_places(critical)
     print(f"{strength.attrs['long_name']} ({title}):")
     if bool((values > 0).any()):  # over particles, where places hold shares of them, else over places
         quantiles = by_share(values).quantile([0.05, 0.95]).values
         least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)
-        median = with_interval(*strength_quantile(critical), units, name=_INTERVAL)
+        median = with_interval(*critical_strength(critical), units, name=_INTERVAL)
         fewest = f"5 % of {of} below {least}" if quantiles[0] > 0 else f"0 {units} where the sphere rolls off by itself"
         detaching = int(values.notnull().sum())
         if detaching < values.size:
@@ -196,21 +193,14 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> No
     print(f"with the run's {dry}, {work}{menisci}")
 
 
-def _removing_ends(critical: xr.Dataset, share: float) -> tuple[float, float, float]:
-    """Return the load that removes a share, and the ends of its interval."""
-    load = particles.removing_load(critical, share)
-    return float(load["removing_load"]), float(load["removing_load_low"]), float(load["removing_load_high"])
-
-
 def _print_removal(critical: xr.Dataset, moments: xr.Dataset, options: Namespace) -> None:
     """Print the strength that removes the requested share, also in turbulence, and where the jet's formula ends."""
     strength = _strength(critical)
     is_flow = strength.name == "critical_friction_velocity"
-    ends = strength_quantile(critical)
+    ends = critical_strength(critical, options.remove)
     if options.remove is not None:
-        units = strength.attrs["units"].replace("^2", "²")
+        units = _units(critical)
         of = "particles" if "landing_share" in critical.coords else "places"
-        ends = _removing_ends(critical, options.remove)
         lead = f"to remove {percent(options.remove)} of the {of}"
         if not np.isfinite(ends[0]):
             print(f"{lead}: no strength suffices, more of them stay at any")

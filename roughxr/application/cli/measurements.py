@@ -33,6 +33,7 @@ from .. import tables as exports
 from ..figures.curve_panels import MOST_CURVES, doubtful_curves
 from ..headline import best_estimate
 from ..report.summary import PLACES, with_few_digits
+from ..wording import names_in_words
 from . import words
 from .file_commands import image_options, print_attributes, save_picture
 
@@ -236,13 +237,7 @@ def _archive_of(options: Namespace) -> Path:
 _FITTED_PLACES = 16
 
 #: Statistics in words.
-_STATISTICS = {"mean": "mean", "std": "standard deviation", "q5": "5 % quantile", "q25": "25 % quantile"}
-_STATISTICS |= {
-    RELATIVE_STD: "relative standard deviation",
-    "q50": "median",
-    "q75": "75 % quantile",
-    "q95": "95 % quantile",
-}
+_STATISTICS = names_in_words("statistic")
 
 
 def _with_scatter(compared: xr.Dataset) -> xr.Dataset:

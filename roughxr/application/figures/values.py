@@ -15,6 +15,7 @@ from ...mechanics.statistics.sampling import SAMPLES
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.numbers import number
 from ...mechanics.vocabulary.refusal import Refusal
+from ..wording import names_in_words
 from .distributions import label_density, law_curves
 from .style import (
     BLACK,
@@ -43,18 +44,7 @@ _LAW_RANGE = 0.001, 0.999
 _MARKS = {"|": "median", "o": "mean", "x": "extremes"}
 
 #: Formulas and the names that readers know them by.
-FORMULAS = {
-    "sum": "rigid bodies, attraction summed over the scan (median place)",
-    "bradley": "Bradley, smooth sphere",
-    "rumpf": "Rumpf, median radius of the asperities",
-    "rumpf_rms": "Rumpf, by rms height",
-    "rabinovich": "Rabinovich, one scale",
-    "rabinovich_two_scales": "Rabinovich, two scales",
-    "gaussian_heights": "rigid bodies, Gaussian heights with the scan's rms",
-    "smooth": "smooth sphere, 4πRγ cos θ plus dry van der Waals force",
-    "summit": "smooth sphere on one hemisphere with the asperities' median radius",
-    "plane_below": "Rabinovich 2002, plane at a depth of 1.82 rms (0: no liquid reaches it)",
-}
+FORMULAS = names_in_words("formula")
 
 
 @styled

@@ -17,7 +17,7 @@ from ...mechanics.statistics.means import mesh_error
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.error_sources import TIP_RADIUS
 from ...mechanics.vocabulary.numbers import number, percent
-from .run_tables import METHOD_WORDS, debris_flags
+from .run_numbers import METHOD_WORDS, debris_flags
 from .summary import BUDGET
 
 Run = Mapping[str, xr.Dataset]

@@ -1,4 +1,4 @@
-"""Detachment of the sphere of a run by a flow: the report's table, its notes, and the fraction remaining."""
+"""Detachment of the sphere of a run by a flow: notes of the report's table, and the fraction remaining."""
 
 from __future__ import annotations
 
@@ -6,92 +6,18 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 
 from ...mechanics.particles import resuspension
-from ...mechanics.particles.force_balance import (
-    NEITHER,
-    NO_CONTACT,
-    NO_REST,
-    fluid_of,
-    strength_of_places,
-    with_pull_off,
-)
+from ...mechanics.particles.force_balance import fluid_of, strength_of_places
 from ...mechanics.particles.loads import fluid_in_words
-from ...mechanics.particles.removal import strength_quantile
-from ...mechanics.statistics.sampling import at_first_preload, by_share
+from ...mechanics.statistics.sampling import by_share
 from ...mechanics.vocabulary.numbers import percent, quantity
 from ...mechanics.vocabulary.refusal import Refusal
-from .summary import CRITICAL, RESTS, best_method, critical_flow
+from .run_numbers import STABLE_CONTACTS, run_moments, unstable
+from .summary import DETACHMENT, RESTS, critical_flow
 
 Run = Mapping[str, xr.Dataset]
-
-#: The groups that the table needs.
-DETACHMENT = ("solutions/rolling", "statistics/adhesive", "statistics/detachment")
-
-#: Modes of detachment in words; the shares of all add up to 100 %.
-_MODES = {
-    "roll": "rolls first",
-    "lift": "lifts first",
-    NO_REST: "rolls off without a flow",
-    NEITHER: "stays in any flow",
-    NO_CONTACT: "has no contact",
-}
-
-#: Smallest number of contacts on which a sphere rests without rolling.
-_STABLE_CONTACTS = 3
-
-
-def detachment_table(run: Run) -> pd.DataFrame:
-    """Return resisting moments and the critical flow, by method."""
-    columns = {way: _column(run_moments(run, way), run[group]) for way, group in CRITICAL.items() if group in run}
-    return pd.DataFrame(columns).rename_axis("quantity")
-
-
-def run_moments(run: Run, method: str | None = None) -> xr.Dataset:
-    """Return the run's resisting moments, with the pull-off forces of a method."""
-    moments = run["solutions/rolling"]
-    method = method or best_method(run)
-    if method == "extrapolated":
-        moments = moments.assign_attrs(surface="the real surface, with roughness finer than the scan")
-        mean = run["statistics/extrapolated"][["pull_off_mean", "pull_off_high"]]
-        return with_pull_off(moments, run["solutions/extrapolated"].assign(mean))
-    return with_pull_off(moments, at_first_preload(run["statistics/adhesive"]))
-
-
-def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
-    speed = strength_of_places(critical)
-    moment, lever = (float(by_share(moments[name]).quantile(0.5)) for name in ("resisting_moment", "lever"))
-    rows = {
-        "resisting moment, median over places and directions [nN nm]": moment,
-        "lever arm, median over places and directions [nm]": lever,
-        "error of the lever arm by mesh, states and heights between pixels, median place [%]": _median_percent(
-            moments, "lever_error"
-        ),
-    }
-    for part, label in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
-        rows[f"critical friction velocity, {label} [m/s]"] = float(by_share(speed).quantile(part))
-    error = _median_percent(critical, "critical_load_error")
-    rows["error of the critical friction velocity by levers and pull-offs, median place [%]"] = error
-    for end, value in zip(("lower", "upper"), strength_quantile(critical)[1:]):
-        rows[f"{end} end of the median's 95 % interval, all known errors [m/s]"] = value
-    shown = {
-        **{f"places where the sphere {label} [%]": critical["mode"] == mode for mode, label in _MODES.items()},
-        "places in the range of the drag formulas (r⁺ ≤ 1) [%]": critical["in_range"],
-        f"places on fewer than {_STABLE_CONTACTS} contacts [%]": _unstable(moments),
-    }
-    return rows | {label: round(100 * float(by_share(flags.astype(float)).mean())) for label, flags in shown.items()}
-
-
-def _median_percent(ds: xr.Dataset, name: str) -> float:
-    if name not in ds or not bool(ds[name].notnull().any()):  # such as where the sphere rolls off by itself
-        return np.nan
-    return 100 * float(by_share(ds[name]).quantile(0.5))
-
-
-def _unstable(moments: xr.Dataset) -> xr.DataArray:
-    return (moments["contacts"] < _STABLE_CONTACTS) & moments["resisting_moment"].notnull().all("direction")
 
 
 def detachment_notes(run: Run) -> list[str]:
@@ -119,11 +45,11 @@ def detachment_notes(run: Run) -> list[str]:
             "torque (r u*/ν above 1), and thus an extrapolation."
         )
     if at_rest:
-        stable = percent(by_share(moments["contacts"] >= _STABLE_CONTACTS).mean())
+        stable = percent(by_share(moments["contacts"] >= STABLE_CONTACTS).mean())
         notes.append(
             f"Particles rolled from the grid to resting positions; {stable} of them rest on three or more contacts."
         )
-    elif unstable_places := int(_unstable(moments).sum()):
+    elif unstable_places := int(unstable(moments).sum()):
         notes.append(
             f"At {unstable_places} of {moments.sizes['subregion']} places the sphere rests on fewer than three "
             "contacts: a free particle would roll on until three support it. A run of particles analyses their resting "

@@ -25,7 +25,7 @@ from .. import archive
 from ..figures.images import colour_map
 from .caveats import cautions
 from .report_page import as_uri, page_path, render_template, title, write_page
-from .run_tables import METHOD_WORDS, debris_flags
+from .run_numbers import METHOD_WORDS, debris_flags
 from .summary import by_place, headline
 
 Run = Mapping[str, xr.Dataset]

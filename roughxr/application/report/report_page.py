@@ -27,10 +27,12 @@ from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import printable, sentences_on_lines
 from .. import archive, figures
 from ..figures.maps import critical_map
+from ..wording import names_in_words
 from .caveats import cautions
-from .detachment import DETACHMENT, detachment_notes, remaining_fraction, run_moments
-from .run_tables import METHOD_WORDS, debris_flags, full_budget, prediction, tables
-from .summary import BUDGET, best_estimate_notes, by_place, critical_flow, headline, run_fluid, run_summary
+from .detachment import detachment_notes, remaining_fraction
+from .run_numbers import METHOD_WORDS, debris_flags, prediction, run_moments
+from .run_tables import full_budget, tables
+from .summary import BUDGET, DETACHMENT, best_estimate_notes, by_place, critical_flow, headline, run_fluid, run_summary
 
 Run = Mapping[str, xr.Dataset]
 
@@ -108,6 +110,7 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         return []
     scan = run["scan"]
     regime = run.get("statistics/regime", xr.Dataset())
+    recommended = str(regime["recommended"].item()) if "recommended" in regime else ""
     parameters = run.get("statistics/roughness", xr.Dataset())
     header = dict(line.split(": ", 1) for line in str(scan.attrs.get("header", "")).splitlines() if ": " in line)
     facts = [
@@ -125,7 +128,7 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         *pair_facts(scan),
         *_simulation_facts(run),
         ("Tabor's parameter, median asperity", number(regime["asperity_tabor"]) if "asperity_tabor" in regime else ""),
-        ("simplest valid model", _MODELS[str(regime["recommended"].item())] if "recommended" in regime else ""),
+        ("simplest valid model", names_in_words("model").get(recommended, "")),
     ]
     return [(name, str(value)) for name, value in facts if value]
 
@@ -194,7 +197,7 @@ def methods(run: Run) -> str:
     body = "half space"
     if schema.is_coated(scan):
         body += f" below a layer of {number(scan['layer_thickness'], 'nm')}"
-    levelling = _LEVELLED.get(scan.attrs.get("levelling", ""), "as measured")
+    levelling = names_in_words("levelling").get(scan.attrs.get("levelling", ""), "as measured")
     attraction = f"work of adhesion {number(scan['work_of_adhesion'], 'J/m²')}"
     if "hamaker_constant" in scan.coords:
         attraction += f" by the Hamaker constant A = {number(1e3 * scan['hamaker_constant'], 'zJ')}"
@@ -209,10 +212,6 @@ def methods(run: Run) -> str:
     return " ".join(filter(None, [text, *best_estimate_notes(run), _sources(run), "Intervals are at 95 %."]))
 
 
-#: What was subtracted from the heights, in words.
-_LEVELLED = {"plane": "levelled by a plane", "quadratic": "levelled by a surface of second degree"}
-
-
 def _sources(run: Run) -> str:
     """Return the sources of the interval with their standard deviations as a sentence; empty without a budget."""
     if BUDGET not in run:
@@ -223,10 +222,6 @@ def _sources(run: Run) -> str:
     named = errors.isel(entry=(errors > 0.005).values)
     entries = [f"{entry} ({percent(error)})" for entry, error in zip(named["entry"].values, named.values)]
     return f"The interval contains, as standard deviations, the errors of {', '.join(entries)}." if entries else ""
-
-
-#: Models that `regime` recommends, in words.
-_MODELS = {"rigid": "rigid bodies", "adhesive": "simulation with adhesion", "superpose": "superposed asperities"}
 
 
 def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:

@@ -1,181 +1,53 @@
-"""The tables of a run: scan, contact by method, main numbers with intervals, error budget and formulas."""
+"""The tables of a run: its numbers as frames, its error budget, and tables as text."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
-from ...mechanics import statistics
-from ...mechanics.scans.regions import sides
-from ...mechanics.statistics import smooth_pull_off
-from ...mechanics.statistics.sampling import at_first_preload, by_share, has_debris_flags, standard_deviation
 from ...mechanics.studies.uncertainty_budget import accuracy_words
-from ...mechanics.vocabulary.adhesion_laws import HERTZ
 from ...mechanics.vocabulary.error_sources import UNSEEN, total_std
-from ...mechanics.vocabulary.numbers import number, percent, prefixed, value_and_interval, with_error
-from ..figures.values import FORMULAS
+from ...mechanics.vocabulary.numbers import number, percent, value_and_interval, with_error
 from ..headline import best_estimate
-from .detachment import DETACHMENT, detachment_table
+from ..wording import names_in_words, table_of_words
+from .run_numbers import METHOD_WORDS, Number, run_numbers
 from .summary import BUDGET, run_fluid
 
 Run = Mapping[str, xr.Dataset]
 
-#: Methods of the pull-off, by the names of their groups, in words.
-METHOD_WORDS = {
-    "adhesive": "simulation as scanned",
-    "extrapolated": "real surface, best estimate",
-    "rigid": "rigid bodies",
-    "published": "superposed, as published",
-    "self_similar": "superposed, self-similar",
-    "energy": "superposed asperities",
-    "direct": "simulation without adhesion",
-    HERTZ: "superposed, without adhesion",
-}
-
-
-#: The main numbers of pull-off: words and statistic.
-_MAIN = {"mean": "mean", "q5": "5 % of places below", "q50": "median", "q95": "95 % of places below"}
-
 
 def tables(run: Run) -> dict[str, pd.DataFrame]:
     """Return the tables for which a run has the groups, by their titles."""
-    makers: tuple[tuple[str, Callable[[Run], pd.DataFrame], set[str]], ...] = (
-        ("Error budget of the mean pull-off", budget_table, {BUDGET}),
-        ("Pull-off force", main_numbers, {"statistics/adhesive"}),
-        (f"Detachment in a flow of {run_fluid(run)}", detachment_table, set(DETACHMENT)),
-        ("Pull-off force by method", contact_table, {"statistics/rigid"}),
-        ("Force without adhesion", force_table, {"solutions/direct"}),
-        ("Usual formulas", formula_table, {"statistics/formulas"}),
-        ("Scan and asperities", scan_table, {"scan", "asperities", "reconstruction"}),
-    )
-    made = {title: make(run) for title, make, needs in makers if needs <= set(run)}
-    return {title: table for title, table in made.items() if len(table)}  # one place has no statistics
+    made = {"Error budget of the mean pull-off": budget_table(run)} if BUDGET in run else {}
+    datum = run.get("solutions/direct", xr.Dataset()).attrs.get("datum", "highest_peak")
+    values = {"fluid": run_fluid(run), "origin": names_in_words("origin")[datum]}
+    rows = run_numbers(run)
+    for part, title, head in table_of_words("tables.csv"):
+        if rows.get(part):  # one place has no statistics
+            made[title.format(**values)] = _frame(rows[part]).rename_axis(head.format(**values))
+    return made
 
 
-def contact_table(run: Run) -> pd.DataFrame:
-    """Return the pull-off by method."""
-    methods = [method for method in METHOD_WORDS if "pull_off_delta" in run.get(f"statistics/{method}", ())]
-    forces = [run[f"statistics/{method}"]["pull_off_force"] for method in methods]
-    unit = prefixed(max((float(pull_off.mean()) for pull_off in forces if pull_off.notnull().any()), default=0.0))
-    return pd.DataFrame({method: _pull_off_rows(run, method, *unit) for method in methods}).rename_axis("quantity")
-
-
-def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, float]:
-    pull_off = run[f"statistics/{method}"]
-    force = pull_off["pull_off_force"] / size
-    delta = pull_off["pull_off_delta"]
-    mean = float(by_share(force).mean())
-    smooth = smooth_pull_off(run[f"solutions/{method}"]) / size
-    origin = _origin_words(pull_off)
-    return {
-        f"pull-off, smooth sphere [{unit}]": smooth,
-        f"pull-off, mean [{unit}]": mean,
-        f"pull-off, std [{unit}]": _spread(force),
-        f"pull-off, largest [{unit}]": float(force.max()),
-        "pull-off, rough / smooth": mean / smooth if smooth > 0 else np.nan,
-        f"displacement at pull-off {origin}, mean [nm]": float(by_share(delta).mean()),
-        f"displacement at pull-off {origin}, std [nm]": _spread(delta),
-        "places that adhere": float(force.notnull().sum()),
-    }
-
-
-def _origin_words(ds: xr.Dataset) -> str:
-    """Return the origin of a result's displacements in words."""
-    return "from first touch" if ds.attrs.get("datum") == "first_contact" else "from the highest point"
-
-
-def _spread(values: xr.DataArray) -> float:
-    """Return the standard deviation (n − 1) of the finite values, NaN for fewer than two."""
-    if int(values.notnull().sum()) < 2:
-        return np.nan
-    return float(standard_deviation(values))
-
-
-def force_table(run: Run) -> pd.DataFrame:
-    """Return the force of the direct simulation at the middle and the last displacement."""
-    force = run["solutions/direct"]["force"]
-    origin = _origin_words(run["solutions/direct"])
-    deltas = force["delta"].values
-    unit, size = prefixed(float(force.isel(delta=-1).mean()))
-    rows = {}
-    for delta in sorted({float(deltas[deltas.size // 2]), float(deltas[-1])}):
-        at = force.sel(delta=delta, method="nearest")
-        rows[number(delta, "nm")] = [float(at.mean()) / size, _spread(at) / size, float(at.max()) / size]
-        if "solutions/smooth" in run:
-            smooth = run["solutions/smooth"]["force"].sel(delta=delta, method="nearest")
-            rows[number(delta, "nm")].append(float(at.mean() / smooth.item() if smooth.item() else np.nan))
-    columns = [f"mean [{unit}]", f"std [{unit}]", f"largest [{unit}]", "rough / smooth"]
-    table = pd.DataFrame.from_dict(rows, orient="index")
-    return table.set_axis(columns[: table.shape[1]], axis="columns").rename_axis(f"displacement {origin}")
-
-
-def scan_table(run: Run) -> pd.DataFrame:
-    """Return the main numbers of scan and asperities."""
-    height = run["scan"]["height"]
-    catalogue = run["asperities"]
-    ratio = run["asperities"]["axis_ratio"]
-    along_x, along_y = sides(run["scan"])
-    rows = {
-        "size along x [µm]": 1e-3 * along_x,
-        "size along y [µm]": 1e-3 * along_y,
-        "height, least [nm]": float(height.min()),
-        "height, greatest [nm]": float(height.max()),
-        "height, mean [nm]": round(float(height.mean()), 6),
-        "height, std [nm]": float(height.std()),
-        "asperities": float(catalogue.sizes["asperity"]),
-        "peak height, median [nm]": float(catalogue["height"].median()),
-        "axis ratio b/a, mean": float(ratio.mean()),
-        "axis ratio b/a, std": float(ratio.std()),
-        "asperities with a saddle as their fit [%]": 100 * float(catalogue["saddle"].mean()),
-    }
-    return pd.DataFrame({"scan": rows}).rename_axis("quantity")
-
-
-def formula_table(run: Run) -> pd.DataFrame:
-    """Return the pull-off by the usual formulas, and its ratio to the sum over the scan."""
-    force = run["statistics/formulas"]["pull_off_force"]
-    unit, size = prefixed(float(force.sel(formula="sum")))
-    columns = {f"pull-off [{unit}]": force / size, "over rigid bodies": force / force.sel(formula="sum", drop=True)}
-    if "statistics/adhesive" in run:
-        columns["over simulation with adhesion"] = force / float(run["statistics/adhesive"]["pull_off_force"].median())
-    table = pd.DataFrame({name: column.values for name, column in columns.items()})
-    table.index = pd.Index([FORMULAS[name] for name in force["formula"].values], name="formula")
-    return table
-
-
-def main_numbers(run: Run) -> pd.DataFrame:
-    """Return the main numbers of the pull-off with their 95 % intervals, for all places and without debris, as text."""
-    pull_off = prediction(run)[["pull_off_force"]]
-    flags = debris_flags(run)
-    rows = {"all places": pull_off}
-    if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == pull_off.sizes["subregion"]:
-        rows["without debris"] = pull_off.isel(subregion=np.flatnonzero(~flags.values)).drop_vars("debris_share")
-    table = {}
-    for places, samples in rows.items():
-        adhering = int(samples["pull_off_force"].notnull().sum())
-        if adhering < 2:
-            continue
-        # smallest number of places from which the 5 % and 95 % quantiles are given
-        chosen = [name for name in _MAIN if adhering >= 20 or name in ("mean", "q50")]
-        ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull_off)
-        for name in chosen:
-            at = ends.sel(statistic=name)
-            interval = value_and_interval(float(at["estimate"]), float(at["low"]), float(at["high"]))
-            count = number(at["independent_places"], digits=2)
-            table[f"{_MAIN[name]}, {places}"] = [*interval, count]
-    columns = ["estimate", "95 % interval", "independent places"]
-    return pd.DataFrame.from_dict(table, orient="index", columns=columns).rename_axis("quantity")
-
-
-def debris_flags(run: Run) -> xr.DataArray | None:
-    """Return whether each solved place is on debris, or None if the run cannot show it."""
-    solved = (run[name] for name in ("solutions/adhesive", "solutions/direct") if name in run)
-    places = next(filter(has_debris_flags, solved), None)
-    return None if places is None else places["on_debris"].astype(bool)
+def _frame(rows: Sequence[Number]) -> pd.DataFrame:
+    """Return rows as a frame: a column for each method, for each number of a place, or for value and interval."""
+    columns: dict[str, dict[str, Any]] = {}
+    for row in rows:
+        cells: dict[tuple[str, str], Any] = {
+            (row.source, row.label) if row.source else (row.label, row.place): row.value
+        }
+        if row.note:
+            index = f"{row.words}, {row.place}"
+            estimate, interval = value_and_interval(row.value, row.low, row.high)
+            cells = {("estimate", index): estimate, ("95 % interval", index): interval}
+            cells["independent places", index] = row.note
+        for (column, index), cell in cells.items():
+            columns.setdefault(column, {})[index] = cell
+    return pd.DataFrame(columns)
 
 
 def budget_table(run: Run) -> pd.DataFrame:
@@ -201,17 +73,11 @@ def full_budget(run: Run) -> xr.Dataset:
     estimate = run["statistics/extrapolated"]
     unseen = float(estimate["relative_std"].sel(entry=UNSEEN))
     finest = number(float(estimate["finest_shown"]), "nm", 2)
-    row = {
-        "relative_std": unseen,
-        "standard_error": np.nan,
-        "pull_off_change": np.nan,
-        "known_bias": False,
-        "how": f"standard deviation of the logarithm of the factor by roughness finer than {finest}",
-    }
-    entries = budget[list(row)]
-    added = xr.Dataset({name: ("entry", [value]) for name, value in row.items()}, {"entry": [UNSEEN]})
-    out = xr.concat([entries.drop_vars(set(entries.coords) - {"entry"}), added], "entry")
-    out = out.assign({name: budget[name] for name in ("pull_off_corrected", "pull_off_mean")})
+    how = f"standard deviation of the logarithm of the factor by roughness finer than {finest}"
+    variables = ["relative_std", "standard_error", "pull_off_change", "known_bias", "how"]
+    variables += ["pull_off_corrected", "pull_off_mean"]
+    row = {"relative_std": unseen, "known_bias": False, "how": how}
+    out = budget[variables].reindex(entry=[*budget["entry"].values, UNSEEN], fill_value=row)
     seen = f"Without roughness finer than {finest} the total is {percent(budget['total_std'])}"
     accuracy = accuracy_words(float(budget["total_std"]), float(budget["total_standard_error"]))
     decided = f"{seen}, which {accuracy}; the error of the entry of that roughness is not known."
@@ -227,11 +93,6 @@ def _budget_row(error: float, deviation: float, change: float, how: str) -> list
     error_words = " ± ".join(with_error(error, deviation)) if deviation > 0 else number(error, digits=2)
     sign = "+" if change > 0 else ""
     return [error_words, f"{sign}{number(round(100 * change, 2), digits=2)}", how]
-
-
-def prediction(run: Run) -> xr.Dataset:
-    """Return the pull-off by the simulation, else by superposed asperities."""
-    return at_first_preload(run["statistics/adhesive" if "statistics/adhesive" in run else "statistics/energy"])
 
 
 def text(table: pd.DataFrame, title: str) -> str:

@@ -24,6 +24,7 @@ from ...mechanics.vocabulary.numbers import number
 from ...mechanics.vocabulary.text import printable
 from ..headline import best_estimate, with_best_estimate
 from ..headline import headline as answer_text
+from ..wording import table_of_words
 
 Run = Mapping[str, xr.Dataset]
 
@@ -47,24 +48,8 @@ _ERROR_DIGITS = 2
 #: Groups of the critical flow, by the method of the pull-off force.
 CRITICAL = {"extrapolated": "statistics/detachment_extrapolated", "adhesive": "statistics/detachment"}
 
-#: Columns of the table of places: group, variable, name, and method in words. Directions are averaged; "detachment" is
-#: the critical flow by the best estimate.
-_COLUMNS = (
-    (RESTS, "landing_share", "landing_share", ""),
-    (RESTS, "supports", "supports", ""),
-    ("statistics/adhesive", "pull_off_force", "pull_off_force", ""),
-    ("statistics/adhesive", "pull_off_error", "pull_off_error", ""),
-    ("statistics/adhesive", "pressed_pull_off_force", "pressed_pull_off_force", ""),
-    ("statistics/energy", "pull_off_force", "pull_off_force_superposed", ", superposed asperities"),
-    ("statistics/rigid", "pull_off_force", "pull_off_force_rigid", ", rigid bodies"),
-    ("solutions/rolling", "contacts", "contacts", ""),
-    ("solutions/rolling", "lever", "lever", ""),
-    ("solutions/rolling", "lever_error", "lever_error", ""),
-    ("detachment", "critical_friction_velocity", "critical_friction_velocity", ""),
-    ("detachment", "critical_load_error", "critical_load_error", ""),
-    ("detachment", "mode", "gives_way_first", ""),
-    ("solutions/extrapolated", "pull_off_force", "pull_off_force_extrapolated", ", real surface"),
-)
+#: The groups of detachment.
+DETACHMENT = ("solutions/rolling", "statistics/adhesive", "statistics/detachment")
 
 
 def headline(run: Run) -> str:
@@ -187,12 +172,12 @@ def with_mesh_error(run: Run) -> dict[str, xr.Dataset]:
 
 
 def by_place(run: Run) -> xr.Dataset:
-    """Return the results of a run by place: one row each, without empty columns."""
+    """Return the results of a run by place: one row each, directions averaged, without empty columns."""
     if PLACES in run:
         return run[PLACES]
     columns = {}
     groups = {**run, "detachment": critical_flow(run)}
-    for group, variable, name, method in _COLUMNS:
+    for group, variable, name, method in table_of_words("places.csv"):
         if variable not in groups.get(group, ()):
             continue
         column = groups[group][variable]

@@ -241,7 +241,7 @@ def correction_table(run: Run) -> pd.DataFrame:
 
 def scan_table(run: Run) -> pd.DataFrame:
     """Return the main numbers of scan and asperities with the printed ones in the first columns."""
-    table = report.scan_table(run)
+    table = report.tables(run)[_SCAN]
     rows = _reconstruction_rows(run) | _asperity_rows(run["asperities"])
     whole = pd.concat([table, pd.DataFrame({"scan": rows})])
     order = [*SCAN, *(name for name in whole.index if name not in SCAN)]

@@ -16,14 +16,14 @@ from ...mechanics.jobs.interrupts import is_interrupt
 from ...mechanics.jobs.progress import TimeLeft, print_line, rough_duration
 from ...mechanics.scans.regions import sides
 from ...mechanics.statistics import pooled
-from ...mechanics.statistics.means import scalar_values
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.numbers import number, percent, quantity, value_and_interval, with_interval
+from ...mechanics.vocabulary.numbers import percent, quantity, value_and_interval, with_interval
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.table import SCALARS
 from .. import report
 from ..headline import headline
 from ..report.report_page import pair_facts, render_template, setting
+from ..report.run_numbers import summary_numbers
 from ..report.summary import few_digits, place_table
 from ..tables import FORMATS, table_of, written_formats
 from .folder import refuse_own_files
@@ -140,35 +140,25 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
 
 
 def scan_table(finished: Mapping[str, ScanResult]) -> xr.Dataset:
-    """Return the summaries as one row for each scan, without empty columns."""
+    """Return the pair of bodies and the summary of each scan as a row, without empty columns."""
     out = xr.Dataset(coords={"scan": list(finished)})
     for name in next(iter(finished.values())).setting:
         texts = [run.setting[name] for run in finished.values()]
         if any(texts):
             out[name] = ("scan", texts)
-    out = out.assign({name: ("scan", *column) for name, column in _pair_columns(finished).items()})
-    summaries = [scalar_values(run.summary) for run in finished.values()]
-    for name, row in SCALARS.items():
-        values = np.array([summary[name] for summary in summaries])
-        column = {"low": f"{_FORCE}_low", "high": f"{_FORCE}_high"}.get(name, name)
-        column = f"relative_{name}" if name.endswith("_error") else column
+    summaries = [run.summary.reset_coords() for run in finished.values()]
+    for name in (*schema.TRAVELLING, *SCALARS):
+        values = np.array([float(summary.get(name, np.nan)) for summary in summaries])
         if np.isfinite(values).any():
-            shown = values.astype(int) if (values % 1 == 0).all() else few_digits(values, name)
-            out[column] = ("scan", shown, {"units": row.units, "long_name": row.long_name})
-        if name == "largest_error" and column in out:
+            is_count = name in SCALARS and (values % 1 == 0).all()
+            column = {"low": f"{_FORCE}_low", "high": f"{_FORCE}_high"}.get(name, name)
+            column = f"relative_{name}" if name.endswith("_error") else column
+            attrs = next(summary[name].attrs for summary in summaries if name in summary)
+            out[column] = ("scan", values.astype(int) if is_count else few_digits(values, name), attrs)
+        if name == "largest_error" and np.isfinite(values).any():
             out["largest_source"] = ("scan", [run.summary.attrs.get("largest_source", "") for run in finished.values()])
     out["warnings"] = ("scan", [" ".join(run.cautions) for run in finished.values()])
     return out.assign(path=("scan", [f"{Path(name).stem}/report.html" for name in finished]))
-
-
-def _pair_columns(finished: Mapping[str, ScanResult]) -> dict[str, tuple[np.ndarray, dict[str, str]]]:
-    """Return the numbers of the pair of bodies with their units; NaN where a run has none."""
-    coordinates = [run.summary.coords for run in finished.values()]
-    names = [name for name in schema.TRAVELLING if any(name in coords for coords in coordinates)]
-    return {
-        name: (few_digits([float(coords.get(name, np.nan)) for coords in coordinates], name), schema.attributes(name))
-        for name in names
-    }
 
 
 def _pooled_words(finished: Mapping[str, ScanResult]) -> str:
@@ -191,18 +181,15 @@ def _pooled_words(finished: Mapping[str, ScanResult]) -> str:
     )
 
 
-def _cells(run: ScanResult) -> list[str]:
-    """Return the row of a scan on the summary page as text."""
-    value = scalar_values(run.summary)
-    speed, low, high = (value[f"critical_friction_velocity{end}"] for end in ("", "_low", "_high"))
-    cells = [
-        *value_and_interval(value["best_estimate"], value["best_low"], value["best_high"]),
-        *value_and_interval(value[_FORCE], value["low"], value["high"]),
-        percent(value["total_error"]),
-        *value_and_interval(speed, low, high, "m/s"),
-        quantity(value["wall_shear_stress"], "Pa"),
-        number(value["places"]),
-        number(value["supports"]),
-        str(len(run.cautions)),
-    ]
-    return [cell.replace(" ", "\u00a0") if len(cell) < 25 else cell for cell in cells]  # on one line
+def _cells(run: ScanResult) -> list[tuple[str, str]]:
+    """Return the row of a scan on the summary page: head and text of each cell."""
+    cells = []
+    for row in summary_numbers(run.summary):
+        text = percent(row.value) if row.units == "%" else quantity(row.value, row.units)
+        if row.note:
+            text, interval = value_and_interval(row.value, row.low, row.high, row.units)
+        cells.append((row.words, text))
+        if row.note:
+            cells.append((row.note, interval))
+    cells.append(("cautions", str(len(run.cautions))))
+    return [(head, text.replace(" ", "\u00a0") if len(text) < 25 else text) for head, text in cells]  # on one line
