@@ -34,6 +34,7 @@ from .curve_files import calibration, curve_kind, open_curve_file, read_curves
 from .curves import read_curve_table
 from .force_curves import curves_pull_off
 from .force_tables import (
+    Column,
     force_column,
     is_spreadsheet,
     lengths,
@@ -236,17 +237,10 @@ def _read_force_table(
     column = force_column(path, columns, image.channel)
     values, how = _pull_off_magnitudes(path, column.values, column.units, calibration)
     ds = xr.Dataset({"pull_off_force": ("subregion", values)})
-    for limit in (
-        other for other in columns if other.name in (AT_MOST, AT_LEAST, DETECTION) and converts(other.units, "nN")
-    ):
-        ds[limit.name] = ("subregion", limit.values * factor(str(limit.units), "nN"))
-    places = place_columns(path, columns, column)
-    if places and place_units is None and not any(place.units for place in places.values()):
-        named = ", ".join(repr(place.name) for place in places.values())
-        warn(f"{path.name}: the places {named} are left out: the file states no units; give them, place_units='um'")
-        places = {}
-    for axis, place in places.items():
-        ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, place, "place_units", place_units))
+    for limit in columns:
+        if limit.name in (AT_MOST, AT_LEAST, DETECTION) and converts(limit.units, "nN"):
+            ds[limit.name] = ("subregion", limit.values * factor(str(limit.units), "nN"))
+    ds = ds.assign_coords(_table_places(path, place_columns(path, columns, column), place_units))
     refuse_distribution(path, columns, column)
     swept = swept_column(columns, column)
     if swept is not None:
@@ -254,6 +248,18 @@ def _read_force_table(
         ds.attrs[CONDITION] = f"{swept.name} [{swept.units}]" if swept.units else swept.name
     ds = ds.assign_coords(subregion=np.arange(ds.sizes["subregion"]))
     return ds.assign_attrs(measured="table", channel=column.name, **how)
+
+
+def _table_places(path: Path, places: dict[str, Column], place_units: str | None) -> dict[str, Any]:
+    """Return the coordinates of places; without units none, with a warning."""
+    if places and place_units is None and not any(place.units for place in places.values()):
+        named = ", ".join(repr(place.name) for place in places.values())
+        warn(f"{path.name}: the places {named} are left out: the file states no units; give them, place_units='um'")
+        return {}
+    return {
+        f"subregion_{axis}": ("subregion", lengths(path, place, "place_units", place_units))
+        for axis, place in places.items()
+    }
 
 
 def _pull_off_magnitudes(path: Path, values: np.ndarray, units: str | None, calibration: Calibration):

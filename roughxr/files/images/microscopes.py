@@ -9,10 +9,11 @@ from __future__ import annotations
 import re
 import struct
 import warnings
+from collections.abc import Iterator
 from functools import partial
 from itertools import islice, product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -131,19 +132,25 @@ def sxm_channels(path: Path) -> list[Channel]:
     header = {name: value.strip() for name, value in zip(tags[::2], tags[1::2])}
     columns, rows = map(int, header["SCAN_PIXELS"].split()[:2])
     width, height = map(float, header["SCAN_RANGE"].split()[:2])
-    images = []
-    for line in header["DATA_INFO"].splitlines()[1:]:
-        _, name, units, direction = line.strip().split("\t" if "\t" in line.strip() else None)[:4]
-        ways = [way for way, letter in _DIRECTIONS.items() if direction == "both" or direction.startswith(letter)]
-        images += [(name, units, way) for way in ways]
+    images = list(_sxm_images(header["DATA_INFO"]))
     refuse_other_size(path, 4 * columns * rows * len(images), len(data))
-    values = np.frombuffer(data, ">f4", len(images) * rows * columns).reshape(len(images), rows, columns)
-    first = -1 if header.get("SCAN_DIR") == "up" else 1
-    turned = [image[::first, :: -1 if way == "retrace" else 1] for (_, _, way), image in zip(images, values)]
-    return [
-        Channel(name, units, (rows, columns), (width, height), "m", partial(image.astype, float), way, header)
-        for (name, units, way), image in zip(images, turned)
-    ]
+    values = np.frombuffer(data, ">f4").reshape(len(images), rows, columns)
+    vertical = -1 if header.get("SCAN_DIR") == "up" else 1
+    channels = []
+    for (name, units, direction), image in zip(images, values):
+        turned = image[::vertical, :: -1 if direction == "retrace" else 1]
+        read = partial(turned.astype, float)
+        channels.append(Channel(name, units, (rows, columns), (width, height), "m", read, direction, header))
+    return channels
+
+
+def _sxm_images(table: str) -> Iterator[tuple[str, str, str]]:
+    """Yield name, units and direction of the images in the order of their data, from a table of channels."""
+    for line in table.splitlines()[1:]:
+        _, name, units, recorded = line.strip().split("\t" if "\t" in line.strip() else None)[:4]
+        for direction, letter in _DIRECTIONS.items():
+            if recorded == "both" or recorded.startswith(letter):
+                yield name, units, direction
 
 
 def is_asd(head: bytes) -> bool:
@@ -153,9 +160,23 @@ def is_asd(head: bytes) -> bool:
     return version in (bytes(4), b"\1\0\0\0", b"\2\0\0\0") and head[place : place + 2] in _KINDS
 
 
-def asd_channels(path: Path) -> list[Channel]:
-    """Return the frames of a high-speed movie in the order of time, all of one kind before those of the other."""
-    head = first_bytes(path, 512)
+class _Movie(NamedTuple):
+    """What the header of a high-speed movie states."""
+
+    kinds: list[bytes]
+    start: int  # of the first frame, bytes; in some files less than the header
+    before: int  # bytes before the heights of a frame
+    columns: int
+    rows: int
+    size: tuple[float, float]  # nm
+    per_volt: float  # nm
+    code: int  # of the converter's range
+    bits: int
+    frame_count: int
+
+
+def _asd_movie(head: bytes) -> _Movie:
+    """Return what a header of version 0, or of 1 and 2, states."""
     if head[:4] == bytes(4):
         *kinds, start, before, columns, rows, width, height, extension, amplification, code, bits, count = (
             _VERSION_0.unpack_from(head)
@@ -164,25 +185,34 @@ def asd_channels(path: Path) -> list[Channel]:
         start, before, *kinds, count, columns, rows, width, height, code, bits, extension, amplification = (
             _VERSION_1.unpack_from(head)
         )
-    names = [_KINDS[kind] for kind in kinds if kind in _KINDS]
-    frame = before + 2 * columns * rows
-    latest = path.stat().st_size - frame * count * len(names)  # the first byte of the frames, if none are missing
-    start = start if start >= _VERSION_0.size else latest
-    if min(columns, rows, count) < 1 or before < 0:
-        raise UnreadableScan(path, "frames with pixels", f"{count} of {columns} x {rows} pixels: damaged")
-    refuse_other_size(path, max(start, _VERSION_0.size) + frame * count * len(names))
-    if code not in _VOLTS or not 0 < bits <= 32:
-        raise UnreadableScan(path, "a known range of voltages", f"code {code:#x} of {bits} bits")
-    low, high = _VOLTS[code]
+    size = (width, height)
+    return _Movie(kinds, start, before, columns, rows, size, extension * amplification, code, bits, count)
+
+
+def asd_channels(path: Path) -> list[Channel]:
+    """Return the frames of a high-speed movie in the order of time, all of one kind before those of the other."""
+    movie = _asd_movie(first_bytes(path, 512))
+    shape = (movie.rows, movie.columns)
+    names = [_KINDS[kind] for kind in movie.kinds if kind in _KINDS]
+    if min(*shape, movie.frame_count) < 1 or movie.before < 0:
+        raise UnreadableScan(
+            path, "frames with pixels", f"{movie.frame_count} of {shape[1]} x {shape[0]} pixels: damaged"
+        )
+    frame = movie.before + 2 * shape[0] * shape[1]
+    frames = frame * movie.frame_count * len(names)
+    start = movie.start if movie.start >= _VERSION_0.size else path.stat().st_size - frames
+    refuse_other_size(path, max(start, _VERSION_0.size) + frames)
+    if movie.code not in _VOLTS or not 0 < movie.bits <= 32:
+        raise UnreadableScan(path, "a known range of voltages", f"code {movie.code:#x} of {movie.bits} bits")
+    low, high = _VOLTS[movie.code]
+    header = {"nm per V": movie.per_volt, "volts": [low, high], "bits": movie.bits}
     images: list[Channel] = []
-    shape = (rows, columns)
-    for name, number in product(names, range(1, count + 1)):
-        units, scale = ("nm", -extension * amplification) if name == "Topography" else ("V", 1.0)
-        offset = start + len(images) * frame + before
-        read = partial(_asd_rows, path, offset, shape, (high - low) / 2**bits * scale, low * scale)
-        title = f"{name} {number}" if count > 1 else name
-        header = {"frame": number, "nm per V": extension * amplification, "volts": [low, high], "bits": bits}
-        images.append(Channel(title, units, shape, (width, height), "nm", read, "", header))
+    for name, number in product(names, range(1, movie.frame_count + 1)):
+        units, scale = ("nm", -movie.per_volt) if name == "Topography" else ("V", 1.0)
+        offset = start + len(images) * frame + movie.before
+        read = partial(_asd_rows, path, offset, shape, (high - low) / 2**movie.bits * scale, low * scale)
+        title = f"{name} {number}" if movie.frame_count > 1 else name
+        images.append(Channel(title, units, shape, movie.size, "nm", read, "", {"frame": number, **header}))
     return images
 
 
