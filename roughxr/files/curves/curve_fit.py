@@ -414,38 +414,61 @@ class _Hertz(NamedTuple):
         return np.exp(self.log_modulus + self.half_width * np.array([0, -1, 1]))
 
 
-def _hertz(
-    z: np.ndarray, force: np.ndarray, radius: float, stiffness: float, errors: tuple[float, float], level: float
-) -> _Hertz | None:
-    """Return Hertz's law with a free contact point, fitted to an approach; None if it shows adhesion or no contact."""
-    line = _approach_baseline(z, force)
-    begin = _first_pressed(z, force, line)
+class _HertzContact(NamedTuple):
+    """A pressed part as Hertz's law is fitted to it; ``x`` are ln of the modulus, contact point, and baseline."""
+
+    part: _CurvePart
+    radius: float
+    stiffness: float
+
+    @property
+    def starts(self) -> list[np.ndarray]:
+        """Parameters from which fits begin."""
+        deepest = max(float(self.part.z[-1] - self.part.force[-1] / self.stiffness), 0.05 * float(self.part.z[-1]))
+        log_modulus = np.log(0.75 * self.part.force[-1] / np.sqrt(self.radius) / deepest**1.5)
+        return [np.r_[log_modulus + change, 0.0, 0.0, 0.0] for change in (0.0, -1.0)]
+
+    def residuals(self, x: np.ndarray, error: np.ndarray, stiffer: float, larger: float) -> np.ndarray:
+        """Return residuals in errors, with changed logarithms of spring constant and sensitivity."""
+        indentation = np.linspace(0.0, 1.0, _HERTZ_POINTS) ** 2 * max(float(self.part.z[-1]) - x[1], 1e-9)
+        pressing = 4 / 3 * np.exp(np.clip(x[0], *_LOG_MODULUS)) * np.sqrt(self.radius) * indentation**1.5
+        travel = indentation + pressing / (self.stiffness * np.exp(stiffer))
+        shown = np.interp(self.part.z - x[1], travel, pressing, left=0.0) * np.exp(-stiffer - larger)
+        return np.r_[x[2:], (shown - self.part.force + self.part.line @ x[2:]) / error]
+
+    def fitted(
+        self, x: np.ndarray, error: np.ndarray, stiffer: float = 0.0, larger: float = 0.0
+    ) -> optimize.OptimizeResult:
+        """Return the fit from a start."""
+        return _fitted(x, partial(self.residuals, error=error, stiffer=stiffer, larger=larger))
+
+
+def _pressed_part(z: np.ndarray, force: np.ndarray, line: Baseline, begin: int) -> _CurvePart | None:
+    """Return an approach from as far before its first pressed sample as after it; None if it shows adhesion."""
     pressed = z.size - begin
     if begin == 0 or pressed < _LEAST_HERTZ:
         return None
     part = _part(z, force, line, slice(max(begin - pressed, 0), z.size), z[begin])
     if part is None or part.force.min() < -_SIGNIFICANCE * max(part.error[0], part.baseline_rms):
         return None
-    shape = np.linspace(0.0, 1.0, _HERTZ_POINTS) ** 2
+    return part
 
-    def residuals(x: np.ndarray, stiffer: float, larger: float, error: np.ndarray) -> np.ndarray:
-        indentation = shape * max(float(part.z[-1]) - x[1], 1e-9)
-        pressing = 4 / 3 * np.exp(np.clip(x[0], *_LOG_MODULUS)) * np.sqrt(radius) * indentation**1.5
-        travel = indentation + pressing / (stiffness * np.exp(stiffer))
-        shown = np.interp(part.z - x[1], travel, pressing, left=0.0) * np.exp(-stiffer - larger)
-        return np.r_[x[2:], (shown - part.force + part.line @ x[2:]) / error]
 
-    def fitted(x: np.ndarray, stiffer: float, larger: float, error: np.ndarray) -> optimize.OptimizeResult:
-        return _fitted(x, partial(residuals, stiffer=stiffer, larger=larger, error=error))
-
-    deepest = max(float(part.z[-1] - part.force[-1] / stiffness), 0.05 * float(part.z[-1]))
-    start = np.log(0.75 * part.force[-1] / np.sqrt(radius) / deepest**1.5)
-    starts = [np.r_[start + change, 0.0, 0.0, 0.0] for change in (0.0, -1.0)]
-    first = min((fitted(x, 0.0, 0.0, part.error) for x in starts), key=lambda fit: fit.cost)
+def _hertz(
+    z: np.ndarray, force: np.ndarray, radius: float, stiffness: float, errors: tuple[float, float], level: float
+) -> _Hertz | None:
+    """Return Hertz's law with a free contact point, fitted to an approach; None if it shows adhesion or no contact."""
+    line = _approach_baseline(z, force)
+    begin = _first_pressed(z, force, line)
+    part = _pressed_part(z, force, line, begin)
+    if part is None:
+        return None
+    contact = _HertzContact(part, radius, stiffness)
+    first = min((contact.fitted(x, part.error) for x in contact.starts), key=lambda fit: fit.cost)
     misfit = np.sqrt(max(2 * first.cost / part.z.size, 1.0))  # so large that no correction of the baseline takes it up
-    best = fitted(first.x, 0.0, 0.0, part.error * misfit)
+    best = contact.fitted(first.x, part.error * misfit)
     changes = ((errors[0], 0.0), (0.0, errors[1]))
-    calibrated = [fitted(best.x, stiffer, larger, part.error * misfit).x[0] for stiffer, larger in changes]
+    calibrated = [contact.fitted(best.x, part.error * misfit, *change).x[0] for change in changes]
     by_calibration = np.sqrt(level) * (np.array(calibrated) - best.x[0])
     half_width = np.linalg.norm([_half_width(best.jac, 0, level * _NOISE_UNCERTAINTY), *by_calibration])
     rms = part.rms(misfit * best.fun[2:])

@@ -323,19 +323,11 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
         return result._replace(pull_off_at_most=result.detection_limit, reason=_NO_PULL)
     if zero is None and lowest < flat.size // 100:
         return result._replace(reason=_NOT_PRESSED)
-    if pull.step is None:
-        readings = [_minimum(time, flat, lowest, pull.end, line.noise, spread) for spread in _SAMPLE_SPREADS]
-        (minimum, own_error), (other, _) = readings
-        own_error = np.hypot(own_error, minimum - other)
-    else:  # the drift around it would tilt a parabola
-        minimum, own_error = -pull.step.height, pull.step.error
+    minimum, own_error = _largest_tension(time, flat, pull)
     if _is_saturated(force, lowest, z <= line.end):
         return result._replace(pull_off_at_least=-minimum, reason=_SATURATED)
-    slow_return = (
-        0.0
-        if pull.step is not None or isinstance(share, tuple) or line.spread > 0
-        else _slow_return(force, z, pull) / 2
-    )
+    has_one_level = pull.step is not None or isinstance(share, tuple) or line.spread > 0
+    slow_return = 0.0 if has_one_level else _slow_return(force, z, pull) / 2
     error = float(np.linalg.norm([own_error, pull.error, line.spread, slow_return]))
     result = result._replace(pull_off_force=slow_return - minimum, pull_off_standard_error=error)
     if zero is None:
@@ -344,6 +336,15 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
         pull_off_distance=float(z[zero] - z[lowest] + (flat[lowest] - flat[zero]) / stiffness),
         work_of_separation=np.trapezoid(flat[zero:], z[zero:]),
     )
+
+
+def _largest_tension(time: np.ndarray, flat: np.ndarray, pull: Pull) -> tuple[float, float]:
+    """Return the lowest force of a pull above its baseline, and its standard error by the samples around it."""
+    if pull.step is not None:  # the drift around it would tilt a parabola
+        return -pull.step.height, pull.step.error
+    readings = [_minimum(time, flat, pull.lowest, pull.end, pull.line.noise, spread) for spread in _SAMPLE_SPREADS]
+    (minimum, error), (other, _) = readings
+    return minimum, np.hypot(error, minimum - other)
 
 
 def _slow_return(force: np.ndarray, z: np.ndarray, pull: Pull) -> float:
@@ -753,9 +754,14 @@ def _minimum(
 
 def _samples_near(force: np.ndarray, at: int, spread: float) -> tuple[int, int]:
     """Return the range of samples around the lowest that equal it within a spread."""
-    away = np.abs(force - force[at]) > spread
-    before, after = np.flatnonzero(away[:at]), np.flatnonzero(away[at:])
-    return (int(before[-1]) + 1 if before.size else 0), (at + int(after[0]) if after.size else force.size)
+    return _range_around(np.abs(force - force[at]) > spread, at)
+
+
+def _range_around(away: np.ndarray, at: int) -> tuple[int, int]:
+    """Return the range of samples around one between those that are away from it."""
+    before = np.flatnonzero(away[:at])
+    after = np.flatnonzero(away[at + 1 :])
+    return (int(before[-1]) + 1 if before.size else 0), (at + 1 + int(after[0]) if after.size else away.size)
 
 
 def _detachment_sample(force: np.ndarray, at: int, noise: float) -> int:
@@ -781,28 +787,26 @@ def _parabola(
     coefficients = covariance @ (force[used] @ design[window])
     height = design @ coefficients
     lowest = window.start + int(np.argmin(height[window]))
-    where = (
-        np.clip(-coefficients[1] / (2 * coefficients[2]), x[window].min(), x[window].max())
-        if coefficients[2] > 0
-        else x[lowest]
-    )
-    high = np.flatnonzero(height - _parabola_terms(where) @ coefficients > _PARABOLA_SPREAD * noise)
-    before, after = high[high < lowest], high[high > lowest]
-    reach = (int(before[-1]) + 1 if before.size else 0), (int(after[0]) if after.size else x.size)
-    row, unseen = _parabola_terms(where), 0.0
+    vertex = x[lowest]
+    if coefficients[2] > 0:
+        vertex = np.clip(-coefficients[1] / (2 * coefficients[2]), x[window].min(), x[window].max())
+    row = _parabola_terms(vertex)
+    low = row @ coefficients
+    first, last = _range_around(height - low > _PARABOLA_SPREAD * noise, lowest)
+    unseen = 0.0
     if detached:
         beyond = _parabola_terms((time[ends[1]] - centre) / scale)
         unseen = max(float((row - beyond) @ coefficients), 0.0)
         row = (row + beyond) / 2 if unseen else row
     error = noise * np.sqrt(row @ covariance @ row)
-    rise = float((height[window.start] + height[window.stop - 1]) / 2 - _parabola_terms(where) @ coefficients)
+    rise = float((height[window.start] + height[window.stop - 1]) / 2 - low)
     # a sharp minimum between two lines is lower than the parabola by 0.2 of the rise to its ends; a round minimum is
     # not. Subtract half of this, with an error of the whole, since one side may be steeper.
     sharp = 0.0 if detached else 0.1 * max(rise, 0.0)
     return _Minimum(
         float(row @ coefficients) - sharp,
         float(np.linalg.norm([error, 2 * sharp, unseen / np.sqrt(12)])),
-        (ends[0] + reach[0], ends[0] + reach[1]),
+        (ends[0] + first, ends[0] + last),
     )
 
 
