@@ -209,19 +209,22 @@ def test_moments_are_of_one_preload():
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
-@pytest.mark.parametrize(("pixel", "coarsest"), [(15.0, 4), (7.6, 1)])
-def test_cells_too_large_for_a_contact_do_not_state_the_error_of_its_lever(monkeypatch, pixel, coarsest):
-    """A pull-off on cells of half a pixel is compared with larger ones only where these resolve the contact."""
+@pytest.mark.parametrize(
+    ("pixel", "cells", "others"),
+    [(15.0, 8, [(4, True)]), (15.0, 2, [(8, False), (4, True)]), (1.0, 2, [(1, False)]), (1.0, 1, [(2, False)])],
+)
+def test_the_error_of_a_lever_takes_one_other_solution(monkeypatch, pixel, cells, others):
+    """Cells and whether by splines: of twice the size, after finer ones where the pull-off's are too large."""
     solved = []
 
     def counted(surface, problem, *options, **how):
-        solved.append(problem.refine)
+        solved.append((problem.refine, problem.splined))
         return cycles_on(surface, problem, *options, **how)
 
     cycles_on = levers.cycles_on
     monkeypatch.setattr(levers, "cycles_on", counted)
-    simulated_levers(bump(pixel), "auto", 2)
-    assert min(solved) == coarsest
+    simulated_levers(bump(pixel), "auto", cells)
+    assert solved == others
 
 
 def bump(pixel, *, part=(0.0, 0.0), half=30.0, radius=100.0, modulus=40.0, work=0.06, **pair):

@@ -1,9 +1,9 @@
 """Resisting moments of a place's contacts, from the states of its pull-off, with the errors of their levers.
 
-The states of the retraction are those of the pull-off itself. The mesh's error follows from cells twice as large; at
-small places, cells are halved further while the lever changes. That of the heights between the pixels follows from an
-interpolation by splines, as the pull-off's. All these are followed roughly: steps at the ends of branches change the
-lever by less than its error.
+The states of the retraction are those of the pull-off itself, or at small places those on finer cells. The error
+follows from one other solution, on cells twice as large with heights between the pixels by splines: mesh and
+interpolation change together. Other solutions than the pull-off's are followed roughly: steps at the ends of branches
+change the lever by less than its error.
 """
 
 from __future__ import annotations
@@ -16,20 +16,18 @@ from ..asperity.moments import KEPT, States, lever_change, moments_of_states, st
 from ..jobs.records import Layout
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from .adhesion_on_cells import Adhesion, interaction_range
-from .cycle import LEAST_RADIUS, Cycles, cycles_on, largest_displacement
+from .cycle import Cycles, cycles_on, largest_displacement
 from .mesh import MOST_REFINED
 from .problem import Place, cell_axes, surface_at
 
-#: Change of the lever from cells twice as large, over the mean of all directions, above which cells are halved again.
-_ACCURACY = 0.1
+#: Cells along a side of a pixel below which levers take finer cells than the pull-off, and their largest number within
+#: range: by laws with a range, contacts of few cells have levers up to three times too large.
+_FINE, _MOST_FINER_CELLS = 8, 2_600
 
-#: Largest number of cells within range of meshes finer than that of the pull-off.
-_MOST_FINER_CELLS = 5_000
-
-#: Largest number of cells within range of all meshes.
+#: Largest number of cells within range of a second mesh to pixels.
 _LARGEST_MESH = 1_000_000
 
-#: Error over the last change by the mesh, without range: edges converge with the root of the cell, so that all further
+#: Error over the change by the mesh, without range: edges converge with the root of the cell, so that all further
 #: changes together exceed the last. Set on the soft surfaces 54 and 55 of ``tests/benchmarks/levers.py``.
 _SLOW_CHANGE = 2.0
 
@@ -41,48 +39,39 @@ def lever_results(place: Place, cycles: Cycles, adhesion: Adhesion) -> dict[str,
     """Return the moments at one place, by their names in a record of `adhesive`; they are scaled to its pull-off."""
     layout = states_layout(adhesion.directions)
     problem = cycles.problem
-    solved_on = problem.refine
-    coarser = record = layout.blank()
-    deepest = largest_displacement(cycles.paths[0], cycles)
-    within = cycles.surface.separation < deepest + interaction_range(adhesion, problem)
-    pixels = np.count_nonzero(within) / solved_on**2
-    radius = cycles.events[0].get("pull_off_resolution", np.nan)
-    meshes = _refinements(pixels, solved_on, radius)
-    for refine in meshes:
+
+    def moments(refine: int, *, splined: bool = False) -> tuple[np.ndarray, np.ndarray]:
         on_mesh = cycles
-        if refine != solved_on:
-            other = problem._replace(refine=refine)
+        if splined or refine != problem.refine:
+            other = problem._replace(refine=refine, splined=splined)
             on_mesh = cycles_on(surface_at(place, other), other, adhesion, roughly=True)
-        coarser, (record, every_second) = record, _moments_on(place, on_mesh, layout)
-        change = lever_change(coarser, record)
-        mesh_error = change * (1.0 if ADHESION_LAWS[adhesion.law].has_range else _SLOW_CHANGE)
-        edge = _EDGE_ERROR * problem.pixel / refine / np.abs(record["lever"]).mean()
-        record["lever_error"] = np.sqrt(max(mesh_error, edge) ** 2 + lever_change(every_second, record) ** 2)
-        if refine > meshes[0] and change < _ACCURACY:
-            break
+        return _moments_on(place, on_mesh, layout)
+
+    refine = _lever_refinement(cycles, adhesion)
+    record, every_second = moments(refine)
+    coarser = layout.blank()
     if refine > 1:
-        on_larger = refine == solved_on > 2  # large places, on cells that are no pixels: nothing lies between these
-        other = problem._replace(refine=refine // (1 + on_larger), splined=True)
-        splined, _ = _moments_on(place, cycles_on(surface_at(place, other), other, adhesion, roughly=True), layout)
-        between = lever_change(splined, coarser if on_larger else record)
-        record["lever_error"] = np.hypot(record["lever_error"], between)
+        coarser, _ = moments(refine // 2, splined=refine > 2)  # nothing lies between cells that are pixels
+    change = lever_change(coarser, record) * (1.0 if ADHESION_LAWS[adhesion.law].has_range else _SLOW_CHANGE)
+    edge = _EDGE_ERROR * problem.pixel / refine / np.abs(record["lever"]).mean()
+    record["lever_error"] = np.hypot(max(change, edge), lever_change(every_second, record))
     scale = cycles.pull_offs[0] / record["pull_off_force"]
     for name in ("resisting_moment", "tipping_force"):
         record[name] *= scale
     return {own_name: record[name] for own_name, name in KEPT.items()}
 
 
-def _refinements(pixels: float, solved_on: int, radius: float) -> list[int]:
-    """Return the refinements to compare: half and all of that of the pull-off, and finer ones at small places.
-
-    The larger cells are left out where they do not resolve a contact of this radius (cells of the pull-off).
-    """
-    meshes = [solved_on // 2, solved_on] if solved_on > 1 else [1, 2]
-    while 2 * meshes[-1] <= MOST_REFINED and pixels * (2 * meshes[-1]) ** 2 <= _MOST_FINER_CELLS:
-        meshes.append(2 * meshes[-1])
-    if solved_on == 1:
-        return meshes if 4 * pixels <= _LARGEST_MESH else [1]
-    return meshes[1:] if len(meshes) > 2 and radius < LEAST_RADIUS else meshes
+def _lever_refinement(cycles: Cycles, adhesion: Adhesion) -> int:
+    """Return the refinement for the lever: that of the pull-off, finer at small places, and 2 instead of 1."""
+    problem = cycles.problem
+    refine = problem.refine
+    deepest = largest_displacement(cycles.paths[0], cycles)
+    within = np.count_nonzero(cycles.surface.separation < deepest + interaction_range(adhesion, problem))
+    pixels = within / refine**2
+    if problem.refine < _FINE and ADHESION_LAWS[adhesion.law].has_range:
+        while 2 * refine <= MOST_REFINED and pixels * (2 * refine) ** 2 <= _MOST_FINER_CELLS:
+            refine *= 2
+    return 2 if refine == 1 and 4 * pixels <= _LARGEST_MESH else refine
 
 
 def _moments_on(place: Place, cycles: Cycles, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
