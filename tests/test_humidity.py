@@ -8,7 +8,7 @@ from scipy.special import ndtr, ndtri
 
 import roughxr
 from roughxr import reference
-from roughxr.application import cli, report
+from roughxr.application import cli, report, sentences
 from roughxr.application.cli.options import command_line
 from roughxr.application.cli.running import paired
 from roughxr.mechanics.bodies import liquid
@@ -275,7 +275,7 @@ def test_a_dry_pair_is_what_it_was():
     glass = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     assert not OF_LIQUID & set(glass.coords)
     pulled = glass.contact.rigid(subregions=(2, 2), delta=[0.0])
-    assert "meniscus_error" not in pulled and liquid.liquid_words(glass) == ""
+    assert "meniscus_error" not in pulled and sentences.liquid_words(glass) == ""
     rewetted = glass.contact.assign_pair(sphere_radius=3000, materials="glass", humidity=0.5)
     again = rewetted.contact.assign_pair(sphere_radius=3000, materials="glass")
     assert not OF_LIQUID & set(again.coords)
@@ -283,8 +283,8 @@ def test_a_dry_pair_is_what_it_was():
 
 def test_few_molecules_are_said():
     ds = scan(np.zeros((9, 9)))
-    assert "a few molecules" in liquid.liquid_words(wet(ds, 0.3))
-    assert "molecules" not in liquid.liquid_words(wet(ds, 0.9))
+    assert "a few molecules" in sentences.liquid_words(wet(ds, 0.3))
+    assert "molecules" not in sentences.liquid_words(wet(ds, 0.9))
 
 
 def at_part(part):
@@ -340,8 +340,8 @@ def test_a_humidity_at_which_nothing_condenses_varies_as_others_do(humid):
     xr.testing.assert_equal(
         *(pair.contact.rolling(directions=4).drop_vars(OF_LIQUID, errors="ignore") for pair in (below, dry))
     )
-    assert "nothing condenses" in liquid.liquid_words(below)
-    assert "thinner than two molecules" in liquid.liquid_words(wet(humid, 0.1))
+    assert "nothing condenses" in sentences.liquid_words(below)
+    assert "thinner than two molecules" in sentences.liquid_words(wet(humid, 0.1))
 
 
 @pytest.fixture(scope="module")
@@ -438,7 +438,7 @@ def test_the_regime_says_whether_bodies_bend_under_the_water(humidity, expected)
     pair = wet(scan(rough(48, rms=1.0)), humidity, materials="glass", contact_modulus=None)
     regime = pair.contact.regime(subregions=(1, 1), mesh=1)
     assert float(regime.sphere_maugis) == pytest.approx(expected, abs=6e-3)
-    assert ("a few molecules" in regime.attrs["recommendation"]) == (humidity < 0.5)
+    assert ("a few molecules" in sentences.recommendation(regime)) == (humidity < 0.5)
     soft = wet(scan(rough(48, rms=1.0)), humidity, contact_modulus=0.01)
     assert soft.contact.regime(subregions=(1, 1), mesh=1).recommended.item() == "adhesive"
 

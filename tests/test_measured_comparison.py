@@ -72,7 +72,7 @@ def test_quantiles_stand_beside_one_another():
     np.testing.assert_allclose(compared.measured_quantile, 3 * compared.predicted_quantile)
     np.testing.assert_allclose(compared.ratio, 3.0)
     assert roughxr.schema.history(compared)[-1]["arguments"]["resamples"] == 998
-    means, scatter, distributions = compared.sentence.splitlines()
+    means, scatter, distributions = roughxr.answer(compared).sentence.splitlines()
     assert means.startswith("Measured over predicted mean: 3")
     assert "roughness explains the scatter (ratio 1.00," in scatter and compared.scaled_distance < 0.01
     assert "The distributions disagree: " in distributions
@@ -87,13 +87,13 @@ def test_scatter_of_twenty_forces_is_judged_whatever_their_mean(ratio, verdict):
         predicted = rng.gamma(0.3**-2, 1.0, 64)
         measured = 5 * rng.gamma((0.3 * ratio) ** -2, 1.0, 20)
         compared = roughxr.compare(forces(predicted), forces(measured), statistics=["mean"], resamples=99)
-        decided.append(verdict in compared.sentence)
+        decided.append(verdict in roughxr.answer(compared).sentence)
     assert np.mean(decided) >= 0.88
 
 
 def test_four_forces_do_not_decide_on_their_scatter():
     compared = roughxr.compare(forces(field(0)), forces([9.0, 11.0, 15.0]), statistics=["mean"], resamples=99)
-    assert "too few independent forces are known to decide" in compared.sentence
+    assert "too few independent forces are known to decide" in roughxr.answer(compared).sentence
 
 
 def test_relative_scatter_has_no_unit_and_an_interval_of_limits_too():

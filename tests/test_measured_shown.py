@@ -9,8 +9,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import roughxr
+from roughxr.application import sentences
 from roughxr.application.cli import main, measurements
-from roughxr.mechanics.studies import comparison
 
 from .surfaces import glass_pair, rough, scan
 
@@ -66,7 +66,7 @@ def test_what_a_command_lacks_is_said(run, capsys):
 
 def test_a_prediction_as_scanned_is_set_beside_the_best_estimate():
     means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
-    first, _ = comparison._means_in_words(means, 43.0, 11.0, 87.0)
+    first, _ = sentences._means_in_words(means, 43.0, 11.0, 87.0)
     assert "best estimate is 43 nN (95 % interval 11 … 87 nN), 0.7 times the prediction" in first
 
 
@@ -83,7 +83,7 @@ def test_a_comparison_with_a_best_estimate_has_one_verdict(run, capsys):
     said = capsys.readouterr().out
     assert said.count("agree") == 1 and "they agree" in said and "p =" not in said
     measured = roughxr.open_pull_off(run / "own.csv")
-    assert forces.contact.compare(measured, extrapolation=estimate).sentence in said
+    assert forces.contact.compare(measured, extrapolation=estimate).contact.answer().sentence in said
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
@@ -122,7 +122,7 @@ def test_a_runs_pair_is_fitted_to_measured_forces_by_a_command(tmp_path, capsys,
 )
 def test_means_agree_where_the_interval_of_the_best_estimate_overlaps_that_of_the_measured_mean(low, high, verdict):
     means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
-    assert verdict in comparison._means_in_words(means, 43.0, low, high)[1]
+    assert verdict in sentences._means_in_words(means, 43.0, low, high)[1]
 
 
 def test_a_picture_shows_the_best_estimate_of_its_sentence():

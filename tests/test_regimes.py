@@ -37,14 +37,14 @@ def test_stiff_is_rigid_soft_is_summed_between_is_adhesive(rough):
     assert [regime.recommended.item() for regime in regimes][:2] == ["rigid", "adhesive"]
     assert regimes[2].recommended.item() == ("superpose" if regimes[2].share_beyond_contact < 0.5 else "adhesive")
     for regime in regimes:
-        assert regime.attrs["recommendation"].startswith("The quickest valid method is `")
+        assert roughxr.answer(regime).sentence.startswith("The quickest valid method is `")
         assert float(regime.sphere_tabor) > float(regime.asperity_tabor) > 0
 
 
 def test_yield_is_told_where_a_hardness_is_given(rough):
     soft, hard = (rough.assign_coords(hardness=H).contact.regime(subregions=(1, 1)) for H in (0.01, 1e3))
     assert bool(soft["yields"]) and not bool(hard["yields"]) and unlabelled(soft) == []
-    assert "yield" in soft.attrs["recommendation"] and "yield" not in hard.attrs["recommendation"]
+    assert "yield" in roughxr.answer(soft).sentence and "yield" not in roughxr.answer(hard).sentence
     radius = 100.0
     load = np.pi**3 * radius**2 * 6**3 / (6 * 40**2)  # Hertz's largest pressure is the hardness
     from roughxr.mechanics.contact.regimes import _peak_pressure
@@ -171,9 +171,9 @@ def test_the_law_that_is_recommended_is_the_one_that_the_simulation_chooses(modu
     regime = ds.contact.regime(subregions=(1, 1), mesh=2)
     assert regime.attrs["law"] == law
     assert regime.recommended.item() == "adhesive"
-    assert reason in regime.attrs["recommendation"] and f"'{law}'" in regime.attrs["recommendation"]
+    assert reason in roughxr.answer(regime).sentence and f"'{law}'" in roughxr.answer(regime).sentence
     assert chosen_law(specimen_of(ds), "auto") == law
-    assert ("as the range of adhesion" in regime.attrs["recommendation"]) <= (float(regime.asperity_tabor) < 5)
+    assert ("as the range of adhesion" in roughxr.answer(regime).sentence) <= (float(regime.asperity_tabor) < 5)
 
 
 def test_both_change_their_law_at_the_same_modulus():

@@ -3,7 +3,8 @@
 archive       NetCDF files of runs; `checkpoint`, a run that resumes
 samples       scans that come with the package
 tables        results as tables
-headline      the answer in words
+headline      the answer in words; `sentences`, results in words
+dem           input for particle codes
 figures       figures of results
 report        words, tables and pages of a run
 runs          from scans to archives with figures and pages

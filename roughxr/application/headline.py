@@ -43,6 +43,7 @@ from ..mechanics.vocabulary.numbers import (
     with_interval,
 )
 from ..mechanics.vocabulary.text import sentences_on_lines
+from .sentences import comparison_sentence, recommendation
 
 _BY_PRESSING = "by how hard the sphere was pressed"
 
@@ -55,7 +56,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     ds : Dataset
         A solution, for example of `adhesive`, `rigid`, `superpose` or `extrapolated`, or its `pull_off`, or the group
         ``statistics/summary`` of a run. Of several preloads the first; of several radii or humidities
-        select one, or take `bootstrap`. A result of `fit_pair` is its own answer.
+        select one, or take `bootstrap`. Results of `compare`, `fit_pair` and `regime` get a sentence alone.
 
     Returns
     -------
@@ -87,6 +88,10 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     ds = schema.entered_dataset(ds, "result")
     if "quantile_distance" in ds:  # of `fit_pair`
         return ds
+    if "distribution_distance" in ds:  # of `compare`
+        return ds.assign_attrs(sentence=comparison_sentence(ds))
+    if "recommended" in ds.coords:  # of `regime`
+        return ds.assign_attrs(sentence=recommendation(ds))
     if "pull_off_mean" in ds:  # of `extrapolated`
         names = {"pull_off_force", "pressed_pull_off_force"} & set(ds.data_vars)
         as_scanned = ds.assign({name: ds[name] / ds["roughness_factor"] for name in names})

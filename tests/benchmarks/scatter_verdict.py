@@ -32,7 +32,7 @@ def verdict(ratio, rng, law):
     """Return what the sentence decides of one draw."""
     values = [drawn(rng, law, PREDICTED_SCATTER, PLACES), 3 * drawn(rng, law, ratio * PREDICTED_SCATTER, MEASURED)]
     predicted, measured = (xr.Dataset({"pull_off_force": ("subregion", row, {"units": "nN"})}) for row in values)
-    sentence = roughxr.compare(predicted, measured, statistics=["mean"], resamples=199).sentence
+    sentence = roughxr.answer(roughxr.compare(predicted, measured, statistics=["mean"], resamples=199)).sentence
     sentence_parts = {"scatter less": "less", "explains the scatter (": "explained", "scatter more": "more"}
     return next((name for part, name in sentence_parts.items() if part in sentence), "undecided")
 

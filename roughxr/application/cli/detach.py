@@ -20,7 +20,6 @@ from ...mechanics.particles.force_balance import (
     NEITHER,
     NO_REST,
     fluid_of,
-    places_in_words,
     strength_of_places,
 )
 from ...mechanics.particles.loads import fluid_in_words, read_flow
@@ -31,6 +30,7 @@ from ...mechanics.vocabulary.schema import is_humid
 from ...mechanics.vocabulary.text import without_warnings
 from .. import archive, figures, report
 from .. import tables as exports
+from ..dem import places_in_words, to_dem
 from ..figures.maps import critical_map
 from ..figures.particle_figures import removed_share
 from ..figures.style import SMALL
@@ -135,7 +135,7 @@ def _write_files(options: Namespace, critical: xr.Dataset, moments: xr.Dataset, 
         print(f"written to {exports.to_table(with_few_digits(particles.parameters(moments)), options.parameters)}")
     for code, file in options.dem:
         with atomic_write(file) as temporary:
-            temporary.write_text(particles.to_dem(moments, code=code), encoding="utf-8")
+            temporary.write_text(to_dem(moments, code=code), encoding="utf-8")
         print(f"written to {file}" + _BEFORE_LAMMPS * (code == "lammps"))
     if options.picture:
         _draw(critical, moments, options.picture, title)

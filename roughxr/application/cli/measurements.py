@@ -22,8 +22,9 @@ from ...mechanics import statistics
 from ...mechanics.contact.mesh import FRONT, Mesh, UnresolvedContact
 from ...mechanics.scans import regions
 from ...mechanics.statistics.censoring import RELATIVE_STD
+from ...mechanics.statistics.means import estimated_mean
 from ...mechanics.statistics.sampling import CONDITION, SHARE, sample_bounds
-from ...mechanics.studies.comparison import AS_SCANNED, compare
+from ...mechanics.studies.comparison import compare
 from ...mechanics.studies.fitting import fit_pair
 from ...mechanics.vocabulary.numbers import bounds_in_words, number, with_error, with_interval
 from ...mechanics.vocabulary.refusal import Refusal
@@ -33,6 +34,7 @@ from .. import tables as exports
 from ..figures.curve_panels import MOST_CURVES, doubtful_curves
 from ..headline import best_estimate
 from ..report.summary import PLACES, with_few_digits
+from ..sentences import AS_SCANNED, comparison_sentence
 from ..wording import names_in_words
 from . import words
 from .file_commands import image_options, print_attributes, save_picture
@@ -183,7 +185,7 @@ def compare_with_run(options: Namespace) -> None:
     print(f"pull-off forces, nN, predicted ({options.method}) and measured, with 95 % intervals:")
     columns = {"predicted": "predicted", "measured": "measured", "ratio": "measured / predicted"}
     print(_with_intervals(_with_scatter(compared), columns))
-    print("\n" + f"{AS_SCANNED}\n" * (AS_SCANNED not in compared.sentence) + compared.sentence)
+    print("\n" + f"{AS_SCANNED}\n" * (estimated_mean(compared) is None) + comparison_sentence(compared))
     predicted_places = float(compared.predicted_places)
     measured_places = float(compared.measured_places)
     count = own["pull_off_force"].size

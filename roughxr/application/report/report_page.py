@@ -18,7 +18,6 @@ import xarray as xr
 from ..._version import __version__
 from ...files.doors import refuse_other_page, refuse_place
 from ...files.storage import atomic_write
-from ...mechanics.bodies import liquid
 from ...mechanics.scans.regions import sides
 from ...mechanics.statistics import LAWS
 from ...mechanics.vocabulary import schema
@@ -27,6 +26,7 @@ from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import printable, sentences_on_lines
 from .. import archive, figures
 from ..figures.maps import critical_map
+from ..sentences import liquid_words
 from ..wording import names_in_words
 from .caveats import cautions
 from .detachment import detachment_notes, remaining_fraction
@@ -81,7 +81,7 @@ def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
         title=title(run.get("scan", xr.Dataset())),
         archive_name=archive_name,
         headline=sentences_on_lines(headline(run)),
-        humid=liquid.liquid_words(run["scan"]) if "scan" in run else "",
+        humid=liquid_words(run["scan"]) if "scan" in run else "",
         best=best_estimate_notes(run),
         first=_pictures(run, _FIRST),
         cautions=[f"The run is not finished, {missing}."] * bool(missing) + cautions(run),

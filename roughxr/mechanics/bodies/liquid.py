@@ -24,7 +24,6 @@ molecules). For water c is 0 below 3 % and 1 above 19 % relative humidity.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -190,7 +189,10 @@ def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple |
         coords["share_under_liquid"] = _named_materials_share(bodies, medium) if is_named else _share(pair, medium)  # type: ignore[arg-type]
     _refuse_thick(pair, radius, pressure)
     if 2 * radius <= coords["liquid_molecule"]:
-        warn(f"humidity: {_no_liquid_words(coords)}")
+        warn(
+            f"humidity: at {pressure:.3g} relative humidity menisci, of {2 * radius:.2g} nm, would be thinner than a "
+            f"molecule ({coords['liquid_molecule']:.2g} nm): nothing condenses, and the pair counts as dry"
+        )
     return coords
 
 
@@ -222,37 +224,6 @@ def updated_liquid_share(ds: xr.Dataset, work: float) -> dict[str, float]:
         if dry and math.isclose(combined(dry, dry, medium) / dry, share, rel_tol=1e-9):
             return {"share_under_liquid": _share(pair | {"work_of_adhesion": work}, medium)}
     return {}
-
-
-def liquid_words(ds: xr.Dataset) -> str:
-    """Return the liquid of a humid pair and the limits of its law in words; empty for a dry pair."""
-    menisci = menisci_of(ds)
-    if menisci is None:
-        return f"{_no_liquid_words(ds)}." if "humidity" in ds.coords else ""
-    sentence = (
-        f"At {float(ds['humidity']):.3g} relative humidity the liquid fills gaps below {menisci.height:.2g} nm, with a "
-        f"capillary pressure of {1e3 * menisci.capillary_pressure:.3g} MPa"
-    )
-    # Kelvin's radius, nm, below which the liquid is a few molecules thick (water's is 0.28 nm across)
-    if menisci.kelvin_radius < 0.75:
-        sentence += (
-            f"; the Kelvin radius, {menisci.kelvin_radius:.2g} nm, is only a few molecules: the law of bulk liquids "
-            "is an extrapolation there"
-        )
-    if menisci.part < 1:
-        sentence += (
-            f". Menisci thinner than two molecules count in part, with {100 * menisci.part:.0f} % of that of the bulk"
-        )
-    return sentence + "."
-
-
-def _no_liquid_words(ds: Mapping[Any, Any]) -> str:
-    """Return why nothing condenses between a pair of bodies."""
-    humidity, radius, molecule = (float(ds[name]) for name in ("humidity", "kelvin_radius", "liquid_molecule"))
-    return (
-        f"At {humidity:.3g} relative humidity menisci, of {2 * radius:.2g} nm, would be thinner than a molecule "
-        f"({molecule:.2g} nm): nothing condenses, and the pair counts as dry"
-    )
 
 
 def _pressure(humidity: Any) -> float:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from ..asperity.catalogue import catalogue_of
-from ..bodies import liquid
 from ..bodies.pair_record import read_pair
 from ..kernels.adhesion import potentials
 from ..kernels.asperity.maugis import PER_TABOR
@@ -17,8 +14,7 @@ from ..scans.fine_scales import smooth
 from ..scans.levelling import level
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import ADHESION_LAWS, EXPONENTIAL, HAMAKER, LONG_RANGE, SHORT_RANGE, read_law
-from ..vocabulary.numbers import number, percent
+from ..vocabulary.adhesion_laws import HAMAKER, LONG_RANGE, SHORT_RANGE, read_law
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Places
 from . import reference
@@ -45,8 +41,8 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), mesh: int 
     -------
     Dataset
         ``sphere_tabor``, ``asperity_tabor`` (of the median asperity), ``share_beyond_contact`` (median over the
-        centres), ``pixels_per_contact``, ``peak_pressure`` (GPa) and, for a known hardness, ``yields``;
-        ``recommended`` ("rigid", "adhesive" or "superpose"); a sentence in the attribute ``recommendation``. For a
+        centres), ``pixels_per_contact`` (below 1 the scan does not resolve a contact), ``peak_pressure`` (GPa) and, for
+        a known hardness, ``yields``; ``recommended`` ("rigid", "adhesive" or "superpose"), in words by `answer`. For a
         humid pair Tabor's parameters are the larger of those of the liquid's law and of the solids' law under it, and
         ``sphere_maugis`` is Maugis's parameter of the liquid's law.
 
@@ -73,8 +69,8 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), mesh: int 
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> found = scan.contact.regime(subregions=(2, 2))
-    >>> found.recommended.item(), "`adhesive`" in found.attrs["recommendation"]
-    ('adhesive', True)
+    >>> found.recommended.item(), found.law
+    ('adhesive', 'exponential')
     """
     specimen = need_sphere(ds)
     bodies = specimen.bodies
@@ -99,11 +95,8 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), mesh: int 
         result["yields"] = result["peak_pressure"] > pair.hardness
     beyond = 1.0 if humid else result["share_beyond_contact"]
     result["recommended"] = _recommended(result["asperity_tabor"], beyond)
-    kind = {"yields": pair.yields, "humid": humid}
-    sentences = " ".join(filter(None, (_sentence(result, **kind), liquid.liquid_words(bodies))))
-    attributes = {"recommendation": sentences, "law": automatic_law(result["asperity_tabor"], **kind)}
-    out = xr.Dataset(result).set_coords("recommended")
-    out = out.assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
+    out = xr.Dataset(result, schema.pair_coordinates(bodies)).set_coords("recommended")
+    out.attrs["law"] = automatic_law(result["asperity_tabor"], yields=pair.yields, humid=humid)
     return schema.label(out)
 
 
@@ -112,43 +105,6 @@ def _recommended(tabor: float, beyond: float) -> str:
         return "rigid"
     # largest share of the adhesion force from outside contact for which a sum over asperities is recommended
     return "superpose" if tabor >= SHORT_RANGE and beyond < 0.5 else "adhesive"
-
-
-def _sentence(result: dict[str, Any], *, yields: bool, humid: bool) -> str:
-    """Return the recommendation in words."""
-    tabor = result["asperity_tabor"]
-    beyond = result["share_beyond_contact"]
-    method = {
-        "rigid": "`rigid`, the sum over rigid bodies: summits hardly deform",
-        "adhesive": f"`adhesive` {_with_law(tabor, yields=yields, humid=humid)}",
-        "superpose": "`superpose`: the range of adhesion is negligible, and the contacts hardly interact",
-    }[result["recommended"]]
-    sentence = f"The quickest valid method is {method} (Tabor's parameter of the median asperity is {number(tabor)}; "
-    sentence += f"between rigid bodies {percent(beyond)} of the adhesion force acts across gaps outside the contact)."
-    if result.get("yields"):
-        sentence += (
-            f" Summits yield under their own adhesion ({number(result['peak_pressure'], 'GPa')}): give a hardness."
-        )
-    return sentence
-
-
-def _with_law(tabor: float, **kind: bool) -> str:
-    """Return the simulation's law and the reason for it, in words."""
-    law = automatic_law(tabor, **kind)
-    if not ADHESION_LAWS[law].has_range:
-        return f"with law={law!r}: the range of adhesion is negligible, but the contacts interact"
-    why = "summits deform by about as much as the range of adhesion"
-    if kind["humid"]:
-        why = "the liquid attracts across gaps"
-    elif tabor >= SHORT_RANGE:
-        why = "for bodies that yield the adhesive traction must be finite"
-    return f"with law={EXPONENTIAL!r}, of finite range: {why}"
-
-
-def _resolved(pixels: float) -> str:
-    """Return a sentence if pixels are wider than a contact."""
-    sentence = f"By JKR the contact of a median asperity has a radius of {number(pixels)} pixels"
-    return f"{sentence}: the scan does not resolve it." if pixels < 1 else ""
 
 
 def _peak_pressure(radius: float, modulus: float, w: float) -> float:

@@ -6,12 +6,10 @@ force_balance        `critical_load`: strength of a load at which the sphere rol
 removal              `removing_load`: strength of a load that removes a share of the particles
 kinetics             Rock'n'Roll: rates of resuspension in turbulence, and adhesion by Biasi's fit
 adhesion_parameters  `parameters`: the parameters of adhesion for other codes
-dem                  `to_dem`: adhesion as input for LAMMPS, or the distribution of the pull-off as a table
 remaining_fraction   `resuspension`: the fraction of particles that remain, from computed moments and pull-off forces
 """
 
 from .adhesion_parameters import parameters
-from .dem import to_dem
 from .force_balance import critical_load
 from .kinetics import biasi_adhesion, rock_n_roll
 from .loads import Flow
@@ -28,5 +26,4 @@ __all__ = [
     "resting",
     "resuspension",
     "rock_n_roll",
-    "to_dem",
 ]

@@ -25,7 +25,7 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.moments import weakest
-from ..statistics.sampling import SHARE, conditions, place_numbers
+from ..statistics.sampling import SHARE, conditions
 from ..vocabulary import schema
 from ..vocabulary.numbers import percent
 from ..vocabulary.refusal import Refusal
@@ -203,13 +203,6 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     out = ds.drop_vars(["pull_off_delta", "pull_off_error"], errors="ignore").assign(changed)
     out.attrs["levers"] = str(ds.attrs.get("method", "rolling"))
     return schema.label(out)
-
-
-def places_in_words(ds: xr.Dataset) -> str:
-    """Return the number of places, and of random surfaces at each of them if there are several."""
-    count = int(place_numbers(ds).max()) + 1
-    surfaces = ds.sizes["subregion"]
-    return f"{count} places" + f" on {surfaces // count} random surfaces each" * (surfaces > count)
 
 
 def scope_words(ds: xr.Dataset) -> str:

@@ -11,7 +11,7 @@ import xarray as xr
 from ..statistics import bootstrap
 from ..statistics.censoring import RELATIVE_STD, finite_ends, with_infinity
 from ..statistics.densities import shares_up_to
-from ..statistics.means import BEST_ESTIMATE, estimated_mean
+from ..statistics.means import BEST_ESTIMATE
 from ..statistics.places import independent_places
 from ..statistics.sampling import (
     SHARE,
@@ -23,7 +23,7 @@ from ..statistics.sampling import (
     without_weights,
 )
 from ..vocabulary import schema
-from ..vocabulary.numbers import is_too_wide, number, percent, quantity, value_and_interval, with_interval
+from ..vocabulary.numbers import quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 
@@ -31,18 +31,6 @@ _NAME = "pull_off_force"
 
 #: Probabilities of the quantiles that are compared.
 _LEVELS = np.linspace(0.01, 0.99, 99)
-
-#: Probability below which samples of one distribution differ as much.
-_UNLIKELY = 0.05
-
-#: Scope of a prediction without best estimate.
-AS_SCANNED = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
-
-#: Relative difference of two scatters that counts as none: errors of single predicted pull-offs change theirs as much.
-_EQUAL_SCATTER = 0.1
-
-#: Factor of scatters between which an interval must decide.
-_DECIDED_FACTOR = 2.0
 
 STATISTICS = ("mean", "q5", "q25", "q50", "q75", "q95")
 
@@ -83,8 +71,8 @@ def compare(
         ``measured_places``. ``predicted_relative_std`` and ``measured_relative_std``, standard deviations over means,
         do not contain errors that all places share; ``relative_std_ratio`` is their ratio, with intervals.
         ``scaled_distance`` is that of the distributions scaled to equal means; NaN if some forces are limits.
-        ``pull_off_mean``, ``pull_off_low`` and ``pull_off_high`` are those of ``extrapolation``. The attribute
-        ``sentence`` states the ratio of means, whether the places explain the scatter, and whether the distributions
+        ``pull_off_mean``, ``pull_off_low`` and ``pull_off_high`` are those of ``extrapolation``. In
+        words by `answer`: the ratio of means, whether the places explain the scatter, and whether the distributions
         agree, or the means by ``extrapolation``.
 
     Raises
@@ -115,10 +103,11 @@ def compare(
     >>> import roughxr
     >>> rng = np.random.default_rng(0)
     >>> made = [xr.Dataset({"pull_off_force": ("subregion", f * rng.gamma(9, 1.0, 400))}) for f in (1.0, 1.5)]
-    >>> compared = roughxr.compare(*made).sel(statistic="mean")
-    >>> bool(compared.ratio_low < 1.5 < compared.ratio_high), bool(compared.distribution_p_value < 0.001)
+    >>> compared = roughxr.compare(*made)
+    >>> mean = compared.sel(statistic="mean")
+    >>> bool(mean.ratio_low < 1.5 < mean.ratio_high), bool(compared.distribution_p_value < 0.001)
     (True, True)
-    >>> print(compared.sentence.splitlines()[0])
+    >>> print(compared.contact.answer().sentence.splitlines()[0])
     Measured over predicted mean: 1.56 (95 % interval 1.49 … 1.63).
     """
     predicted, measured = schema.entered(predicted), schema.entered(measured)
@@ -142,70 +131,8 @@ def compare(
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
     out.attrs |= {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
-    out.attrs |= {"missing": "NaN where a value is not positive", "sentence": _sentence(out)}
+    out.attrs["missing"] = "NaN where a value is not positive"
     return out
-
-
-def _sentence(compared: xr.Dataset) -> str:
-    """Return the ratio of means, whether the places explain the scatter, and whether both agree, a line each."""
-    lines = []
-    has_mean = "mean" in compared["statistic"]
-    if has_mean:
-        mean = compared.sel(statistic="mean")
-        ratio, low, high = (float(mean[name]) for name in ("ratio", "ratio_low", "ratio_high"))
-        lines.append(f"Measured over predicted mean: {with_interval(ratio, low, high, '')}.")
-    lines.append(scatter_in_words(compared))
-    best = estimated_mean(compared)
-    if best is None or not has_mean:
-        return "\n".join([*lines, distributions_in_words(compared)])
-    return "\n".join([*lines, *_means_in_words(mean, *best)])
-
-
-def scatter_in_words(compared: xr.Dataset) -> str:
-    """Return whether the places alone explain the relative scatter of the measured forces."""
-    predicted, measured = (float(compared[f"{name}_{RELATIVE_STD}"]) for name in ("predicted", "measured"))
-    ratio, low, high = (float(compared[f"{RELATIVE_STD}_ratio{end}"]) for end in ("", "_low", "_high"))
-    scatter = f"Places alone scatter the forces by {percent(predicted)}, measured {percent(measured)}"
-    if not np.isfinite([ratio, low, high]).all() or (low < 1 / _DECIDED_FACTOR and high > _DECIDED_FACTOR):
-        return f"{scatter}: too few independent forces are known to decide whether roughness explains the scatter."
-    if high < 1 - _EQUAL_SCATTER:
-        decided = "the measured forces scatter less than by roughness"
-    elif low > 1 + _EQUAL_SCATTER:
-        decided = "the measured forces scatter more than by roughness"
-    else:
-        decided = "roughness explains the scatter"
-    ratio_text, ends = value_and_interval(ratio, low, high, "")
-    return f"{scatter}: {decided} (ratio {ratio_text}, 95 % interval {ends})."
-
-
-def _means_in_words(means: xr.Dataset, best: float, low: float, high: float) -> list[str]:
-    """Return the effect of the roughness that the scan does not show, and whether the means (nN) agree."""
-    ratio = number(best / float(means["predicted"]), digits=2)
-    overlap = float(means["measured_low"]) <= high and float(means["measured_high"]) >= low
-    relation = "overlaps" if overlap else "does not overlap"
-    decided = (
-        f"they agree, as any mean from {quantity(low, digits=2)} to {quantity(high, digits=2)} would"
-        if overlap
-        else "they disagree"
-    )
-    if overlap and is_too_wide(low, high):
-        decided = "it is too wide to decide"
-    return [
-        f"{AS_SCANNED} With it the best estimate is {with_interval(best, low, high)}, {ratio} times the prediction.",
-        f"Its interval, by all known errors of the prediction, {relation} that of the measured mean: {decided}. "
-        "Errors of spring constant and sensitivity are not included.",
-    ]
-
-
-def distributions_in_words(compared: xr.Dataset) -> str:
-    """Return whether the distributions agree; errors common to all places are unknown."""
-    distance = number(compared["distribution_distance"], digits=2)
-    p_value = float(compared["distribution_p_value"])
-    decided = "disagree" if p_value < _UNLIKELY else "agree"
-    return (
-        f"The distributions {decided}: they differ by {distance} at most, and samples of one distribution differ at "
-        f"least as much with probability p = {number(p_value, digits=2)}. Errors common to all places are not included."
-    )
 
 
 def _samples(ds: xr.Dataset, words: str) -> Samples:

@@ -6,14 +6,14 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..bodies.pair_record import read_pair
-from ..statistics import cdf, reduction, smooth_pull_off
-from ..statistics.sampling import by_share, shares, standard_deviation
-from ..vocabulary import schema
-from ..vocabulary.refusal import Refusal
-from ..vocabulary.units import Quantity, fraction, positive, whole_number
-from .adhesion_parameters import parameters
-from .force_balance import places_in_words, refuse_varied, scope_words
+from ..mechanics.bodies.pair_record import read_pair
+from ..mechanics.particles.adhesion_parameters import parameters
+from ..mechanics.particles.force_balance import refuse_varied, scope_words
+from ..mechanics.statistics import cdf, reduction, smooth_pull_off
+from ..mechanics.statistics.sampling import by_share, place_numbers, shares, standard_deviation
+from ..mechanics.vocabulary import schema
+from ..mechanics.vocabulary.refusal import Refusal
+from ..mechanics.vocabulary.units import Quantity, fraction, positive, whole_number
 
 #: Factors from roughxr's units to SI.
 _NEWTON, _METRE, _PASCAL = 1e-9, 1e-9, 1e9
@@ -100,6 +100,13 @@ def to_dem(
     else:
         lines = _lammps_lines(ds, means.tolist(), poisson_ratio)
     return "\n".join([*(f"# {line}" for line in _header(ds, force)), *lines]) + "\n"
+
+
+def places_in_words(ds: xr.Dataset) -> str:
+    """Return the number of places, and of random surfaces at each of them if there are several."""
+    count = int(place_numbers(ds).max()) + 1
+    surfaces = ds.sizes["subregion"]
+    return f"{count} places" + f" on {surfaces // count} random surfaces each" * (surfaces > count)
 
 
 def _header(ds: xr.Dataset, force: xr.DataArray) -> list[str]:

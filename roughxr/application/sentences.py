@@ -1,0 +1,146 @@
+"""Results in words, from their numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ..mechanics.bodies.liquid import menisci_of
+from ..mechanics.statistics.censoring import RELATIVE_STD
+from ..mechanics.statistics.means import estimated_mean
+from ..mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, SHORT_RANGE
+from ..mechanics.vocabulary.numbers import is_too_wide, number, percent, quantity, value_and_interval, with_interval
+
+#: Probability below which samples of one distribution differ as much.
+_UNLIKELY = 0.05
+
+#: Scope of a prediction without best estimate.
+AS_SCANNED = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
+
+#: Relative difference of two scatters that counts as none: errors of single predicted pull-offs change theirs as much.
+_EQUAL_SCATTER = 0.1
+
+#: Factor of scatters between which an interval must decide.
+_DECIDED_FACTOR = 2.0
+
+
+def comparison_sentence(compared: xr.Dataset) -> str:
+    """Return the ratio of means, whether the places explain the scatter, and whether both agree, a line each."""
+    lines = []
+    has_mean = "mean" in compared["statistic"]
+    if has_mean:
+        mean = compared.sel(statistic="mean")
+        ratio, low, high = (float(mean[name]) for name in ("ratio", "ratio_low", "ratio_high"))
+        lines.append(f"Measured over predicted mean: {with_interval(ratio, low, high, '')}.")
+    lines.append(_scatter_in_words(compared))
+    best = estimated_mean(compared)
+    if best is None or not has_mean:
+        return "\n".join([*lines, _distributions_in_words(compared)])
+    return "\n".join([*lines, *_means_in_words(mean, *best)])
+
+
+def _scatter_in_words(compared: xr.Dataset) -> str:
+    """Return whether the places alone explain the relative scatter of the measured forces."""
+    predicted, measured = (float(compared[f"{name}_{RELATIVE_STD}"]) for name in ("predicted", "measured"))
+    ratio, low, high = (float(compared[f"{RELATIVE_STD}_ratio{end}"]) for end in ("", "_low", "_high"))
+    scatter = f"Places alone scatter the forces by {percent(predicted)}, measured {percent(measured)}"
+    if not np.isfinite([ratio, low, high]).all() or (low < 1 / _DECIDED_FACTOR and high > _DECIDED_FACTOR):
+        return f"{scatter}: too few independent forces are known to decide whether roughness explains the scatter."
+    if high < 1 - _EQUAL_SCATTER:
+        decided = "the measured forces scatter less than by roughness"
+    elif low > 1 + _EQUAL_SCATTER:
+        decided = "the measured forces scatter more than by roughness"
+    else:
+        decided = "roughness explains the scatter"
+    ratio_text, ends = value_and_interval(ratio, low, high, "")
+    return f"{scatter}: {decided} (ratio {ratio_text}, 95 % interval {ends})."
+
+
+def _means_in_words(means: xr.Dataset, best: float, low: float, high: float) -> list[str]:
+    """Return the effect of the roughness that the scan does not show, and whether the means (nN) agree."""
+    ratio = number(best / float(means["predicted"]), digits=2)
+    overlap = float(means["measured_low"]) <= high and float(means["measured_high"]) >= low
+    relation = "overlaps" if overlap else "does not overlap"
+    decided = (
+        f"they agree, as any mean from {quantity(low, digits=2)} to {quantity(high, digits=2)} would"
+        if overlap
+        else "they disagree"
+    )
+    if overlap and is_too_wide(low, high):
+        decided = "it is too wide to decide"
+    return [
+        f"{AS_SCANNED} With it the best estimate is {with_interval(best, low, high)}, {ratio} times the prediction.",
+        f"Its interval, by all known errors of the prediction, {relation} that of the measured mean: {decided}. "
+        "Errors of spring constant and sensitivity are not included.",
+    ]
+
+
+def _distributions_in_words(compared: xr.Dataset) -> str:
+    """Return whether the distributions agree; errors common to all places are unknown."""
+    distance = number(compared["distribution_distance"], digits=2)
+    p_value = float(compared["distribution_p_value"])
+    decided = "disagree" if p_value < _UNLIKELY else "agree"
+    return (
+        f"The distributions {decided}: they differ by {distance} at most, and samples of one distribution differ at "
+        f"least as much with probability p = {number(p_value, digits=2)}. Errors common to all places are not included."
+    )
+
+
+def recommendation(regime: xr.Dataset) -> str:
+    """Return the model that `regime` recommends, and the liquid of the pair."""
+    method = {
+        "rigid": "`rigid`, the sum over rigid bodies: summits hardly deform",
+        "adhesive": f"`adhesive` with law={regime.attrs['law']!r}{_why_the_law(regime)}",
+        "superpose": "`superpose`: the range of adhesion is negligible, and the contacts hardly interact",
+    }[regime["recommended"].item()]
+    sentence = (
+        f"The quickest valid method is {method} (Tabor's parameter of the median asperity is "
+        f"{number(regime['asperity_tabor'])}; between rigid bodies {percent(regime['share_beyond_contact'])} of the "
+        "adhesion force acts across gaps outside the contact)."
+    )
+    yielding = ""
+    if regime.get("yields"):
+        yielding = (
+            f"Summits yield under their own adhesion ({number(regime['peak_pressure'], 'GPa')}): give a hardness."
+        )
+    return " ".join(filter(None, [sentence, yielding, liquid_words(regime)]))
+
+
+def _why_the_law(regime: xr.Dataset) -> str:
+    """Return the reason for the law of the simulation."""
+    if not ADHESION_LAWS[regime.attrs["law"]].has_range:
+        return ": the range of adhesion is negligible, but the contacts interact"
+    why = "summits deform by about as much as the range of adhesion"
+    if "sphere_maugis" in regime:
+        why = "the liquid attracts across gaps"
+    elif regime["asperity_tabor"] >= SHORT_RANGE:
+        why = "for bodies that yield the adhesive traction must be finite"
+    return f", of finite range: {why}"
+
+
+def liquid_words(ds: xr.Dataset) -> str:
+    """Return the liquid of a humid pair and the limits of its law; empty for a dry pair."""
+    if "humidity" not in ds.coords:
+        return ""
+    humidity = f"At {float(ds['humidity']):.3g} relative humidity"
+    menisci = menisci_of(ds)
+    if menisci is None:
+        return (
+            f"{humidity} menisci, of {2 * float(ds['kelvin_radius']):.2g} nm, would be thinner than a molecule "
+            f"({float(ds['liquid_molecule']):.2g} nm): nothing condenses, and the pair counts as dry."
+        )
+    sentence = (
+        f"{humidity} the liquid fills gaps below {menisci.height:.2g} nm, with a capillary pressure of "
+        f"{1e3 * menisci.capillary_pressure:.3g} MPa"
+    )
+    # Kelvin's radius, nm, below which the liquid is a few molecules thick (water's is 0.28 nm across)
+    if menisci.kelvin_radius < 0.75:
+        sentence += (
+            f"; the Kelvin radius, {menisci.kelvin_radius:.2g} nm, is only a few molecules: the law of bulk liquids "
+            "is an extrapolation there"
+        )
+    if menisci.part < 1:
+        sentence += (
+            f". Menisci thinner than two molecules count in part, with {100 * menisci.part:.0f} % of that of the bulk"
+        )
+    return f"{sentence}."
