@@ -42,11 +42,11 @@ def made(tmp_path_factory):
         return path, before, roughxr.run(lens(), path, **OPTIONS), whole
 
 
-def _stop(part):
+def _stop(part, name="rigid"):
     def interrupted(*arguments, **options):
         raise KeyboardInterrupt
 
-    return interrupted if part.name == "rigid" else part.make
+    return interrupted if part.name == name else part.make
 
 
 def test_a_run_by_the_front_resumes_with_the_same_values(made):
@@ -68,6 +68,14 @@ def test_its_report_states_what_is_left_out(made):
     (path / "report.html").unlink()
     assert cli.main(["report", str(path)]) == 0
     assert (path / "report.html").exists()
+
+
+def test_a_run_warns_of_soft_places_that_take_long_before_it_starts(tmp_path, monkeypatch):
+    """The range of this pair matters, which the front leaves out."""
+    monkeypatch.setattr(analysis, "PARTS", [analysis.PARTS[0]._replace(make=_stop(analysis.PARTS[0], "asperities"))])
+    pair = {"sphere_radius": 500, "contact_modulus": 0.3, "work_of_adhesion": 0.03, "adhesion_range": 0.3}
+    with pytest.raises(KeyboardInterrupt), pytest.warns(UserWarning, match="a place takes about 40 s of processor"):
+        roughxr.run(roughxr.open_sample("rough"), tmp_path / "run.nc", **pair)
 
 
 def test_no_result_by_the_front_advises_a_finer_mesh(made):

@@ -25,6 +25,7 @@ from ...files.doors import refuse_place
 from ...files.images.backend import open_scan
 from ...files.storage import remove_leftovers
 from ...mechanics.bodies.pair import assign_pair
+from ...mechanics.contact.adhesion import warn_of_time
 from ...mechanics.contact.adhesive_options import chosen_law
 from ...mechanics.contact.mesh import Mesh, read_mesh
 from ...mechanics.jobs.progress import Stages, print_line, rough_duration
@@ -190,6 +191,8 @@ def execute(
             f"soft summits.{_soft_words(specimen, plan)}{share * bool(compiling)} If it is interrupted, the same call "
             "continues it."
         )
+        if specimen.pair.work > 0 and plan.mesh.cells == "auto":
+            warn_of_time(specimen, preload=plan.preload, law=plan.law, subregions=plan.subregions)
     with Stages(expected, labels, compiling) as stages:
         groups = checkpointed(
             lambda: analyse(specimen, plan, stages, command, parts),
