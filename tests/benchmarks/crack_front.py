@@ -10,7 +10,8 @@ sample   eight places of the sample "rough" nearest to the limits, E* 30 MPa, 10
 cost     processor time of a place from E* = 0.5 MPa to 1 GPa, with 17 to 200 pixels to the contact's radius
 
 Without a name: all of them. ``--references`` names a file in which the results on cells are stored; what it does not
-contain is solved. ``--budget`` ends each solution on cells after so many seconds of processor time.
+contain is solved. ``--budget`` ends each solution on cells after so many seconds of processor time, ``--accuracy``
+is that of its mesh.
 """
 
 import argparse
@@ -101,24 +102,26 @@ def places(surface):
 class References:
     """Results of `adhesive` on cells, stored in a file."""
 
-    def __init__(self, file, budget):
+    def __init__(self, file, budget, accuracy):
         self.file = file and Path(file)
         self.budget = budget  # processor time (s) of a place
+        self.accuracy = accuracy  # largest relative change by finer cells
         self.stored = json.loads(self.file.read_text()) if file and self.file.exists() else {}
 
     def at(self, name, surface, place):
         """Return the pull-off (nN), its relative error and the processor time (s) at a place; NaN beyond the budget."""
         if name not in self.stored:
-            self.stored[name] = within_budget(self.budget, on_cells, surface, place)
+            self.stored[name] = within_budget(self.budget, on_cells, surface, place, self.accuracy)
             if self.file:
                 self.file.write_text(json.dumps(self.stored, indent=1))
         return self.stored[name]
 
 
-def on_cells(surface, place):
+def on_cells(surface, place, accuracy):
     """Return the pull-off (nN), its relative error and the processor time (s) of a place on cells."""
     began = time.process_time()
-    solution = scan_of(surface).contact.adhesive(subregions=([place[0]], [place[1]]), law="jkr")
+    mesh = roughxr.Mesh("auto", accuracy)
+    solution = scan_of(surface).contact.adhesive(subregions=([place[0]], [place[1]]), law="jkr", mesh=mesh)
     values = {key: float(solution[f"pull_off_{key}"][0]) for key in ("force", "error")}
     values["pressed"] = float(solution["pressed_pull_off_force"][0])
     return values | {"seconds": time.process_time() - began}
@@ -430,8 +433,9 @@ def main():
     parser.add_argument("parts", nargs="*", choices=list(parts), help="default: all")
     parser.add_argument("--references", help="file of the results on cells")
     parser.add_argument("--budget", type=int, default=600, help="processor time (s) of a place on cells (default 600)")
+    parser.add_argument("--accuracy", type=float, default=0.05, help="of the mesh of cells (default 0.05)")
     options = parser.parse_args()
-    references = References(options.references, options.budget)
+    references = References(options.references, options.budget, options.accuracy)
     for name in options.parts or parts:
         parts[name](*([references] if name in ("rough", "limits") else []))
 
