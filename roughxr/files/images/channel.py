@@ -280,12 +280,12 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
     """
     low, high = (np.nanmin(height), np.nanmax(height)) if np.isfinite(height).any() else (0.0, 0.0)
     refuse_small(path, "heights over", high - low or np.inf)
-    faults = missing_mark(height, width) if high - low > width else []
+    expected = f"heights that suit a scan {width:g} nm wide"
+    if mark := missing_mark(height, width) if high - low > width else []:
+        raise UnreadableScan(path, expected, str(mark[0]))
     # largest range of heights, in scan sizes; beyond, the file is damaged
-    if not faults and (np.isinf(height).any() or high - low > 1e3 * width):
-        faults = [f"{low:g} to {high:g} nm: damaged"]
-    if faults:
-        raise UnreadableScan(path, f"heights that suit a scan {width:g} nm wide", faults[0])
+    if np.isinf(height).any() or high - low > 1e3 * width:
+        raise UnreadableScan(path, expected, f"{low:g} to {high:g} nm: damaged")
 
 
 def refuse_small(path: Any, what: str, length: float) -> None:

@@ -96,5 +96,5 @@ def _described(channel: Channel, path: Path) -> dict[str, Any]:
             with warnings.catch_warnings(), suppress(Refusal):  # listed as doubts; too few pixels for a plane
                 warnings.simplefilter("ignore", ImplausibleScan)
                 row["s_q"] = float(level(ds)["height"].std())
-            row["doubts"] += doubts(ds) if channel.is_topography else []
+            row["doubts"] += map(str, doubts(ds) if channel.is_topography else [])
     return row

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -29,6 +30,40 @@ _FEWEST_WRAPS = 8
 _BETWEEN_SHARE = 0.2
 
 
+#: What is implausible, in words, by its key.
+_WORDS = {
+    "mark": "{value:.6g} nm at {marked} of {known} pixels, {gap:.4g} nm off all others, which range over {relief:.4g} "
+    "nm: if it marks missing pixels, replace it by nan (in the file, or its export as text), then fill them "
+    "(ds.contact.fill(), in a shell --fill linear)",
+    "unit pixel": "one pixel is exactly 1 {unit} along {axis}: the scan size may never have been set",
+    "oblong pixels": "pixels are not square: {dx:g} x {dy:g} nm",
+    "coarse pixels": "pixels of {pixel:.4g} nm are too coarse to resolve the contacts of small spheres",
+    "flat": "all heights are equal",
+    "relief": "heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm",
+    "slope": "the slope exceeds 1 (45°) between {share:.3g} % of neighbouring pixels",
+    "clipped": "{count} of {pixels} pixels have exactly the {end} value, {level:.6g} nm: clipped by the recorder",
+    "wrapped": "{jumps} pairs of neighbouring heights differ by the whole range, {relief:.4g} nm, although most "
+    "heights lie between: values wrapped around, as where 16 bits overflow",
+    "jump": "the heights jump from line {line} to line {next_line} along {axis}: a scan fault, or an edge",
+    "scar": "line {line}, counted along {axis}, differs from its neighbours {ratio:.2g} times more than the median "
+    "line: a scan fault",
+    "noise": "neighbouring heights are uncorrelated (correlation {correlation:.2g}): a damaged header, or nothing but "
+    "noise",
+    "unrelated lines": "neighbouring lines along {axis} are uncorrelated (correlation {correlation:.2g}): a damaged "
+    "header, or lines that are not levelled to each other",
+}
+
+
+class Doubt(NamedTuple):
+    """An implausible property of a scan, by its key, with its numbers."""
+
+    key: str
+    numbers: dict[str, Any]
+
+    def __str__(self) -> str:
+        return _WORDS[self.key].format(**self.numbers)
+
+
 class ImplausibleScan(RoughxrWarning):
     """A file's statement about a scan is improbable; the scan is read as stated.
 
@@ -40,8 +75,8 @@ class ImplausibleScan(RoughxrWarning):
     """
 
 
-def missing_mark(height: np.ndarray, least: float = 0.0) -> list[str]:
-    """Return a warning if one value is many ranges of all others, and over ``least`` nm, away from them."""
+def missing_mark(height: np.ndarray, least: float = 0.0) -> list[Doubt]:
+    """Return a doubt if one value is many ranges of all others, and over ``least`` nm, away from them."""
     known = np.isfinite(height)
     for value in _ends(height, known):
         others = known & (height != value)  # no copies: a map may fill much of the memory
@@ -50,11 +85,9 @@ def missing_mark(height: np.ndarray, least: float = 0.0) -> list[str]:
         gap = max(low - value, value - high)
         # least distance of a mark of missing pixels from all heights, in ranges of these
         if relief > 0 and gap > max(10.0 * relief, least):
-            return [
-                f"{value:.6g} nm at {known.sum() - others.sum()} of {known.sum()} pixels, {gap:.4g} nm off all others, "
-                f"which range over {relief:.4g} nm: if it marks missing pixels, replace it by nan (in the file, "
-                "or its export as text), then fill them (ds.contact.fill(), in a shell --fill linear)"
-            ]
+            marked = known.sum() - others.sum()
+            numbers = {"value": value, "marked": marked, "known": known.sum(), "gap": gap, "relief": relief}
+            return [Doubt("mark", numbers)]
     return []
 
 
@@ -63,44 +96,44 @@ def _ends(height: np.ndarray, chosen: np.ndarray) -> tuple[float, float]:
     return height.min(where=chosen, initial=np.inf), height.max(where=chosen, initial=-np.inf)
 
 
-def doubts(ds: xr.Dataset) -> list[str]:
-    """Return a sentence for each implausible property of a scan."""
+def doubts(ds: xr.Dataset) -> list[Doubt]:
+    """Return the implausible properties of a scan."""
     return [*size_doubts(ds), *_height_doubts(ds["height"].values, pixel(ds))]
 
 
-def size_doubts(ds: xr.Dataset) -> list[str]:
-    """Return a sentence for each implausible property of the lateral size, without reading the heights."""
+def size_doubts(ds: xr.Dataset) -> list[Doubt]:
+    """Return the implausible properties of the lateral size, without reading the heights."""
     doubts = []
     steps = pixel(ds)
     for axis, step in zip("xy", steps):
         for unit, length in (("nm", 1.0), ("um", 1e3), ("mm", 1e6), ("m", 1e9)):
             if abs(step / length - 1) < 1e-9:
-                doubts.append(f"one pixel is exactly 1 {unit} along {axis}: the scan size may never have been set")
+                doubts.append(Doubt("unit pixel", {"unit": unit, "axis": axis}))
     if abs(steps[0] - steps[1]) > 1e-6 * steps[0]:
-        doubts.append(f"pixels are not square: {steps[0]:g} x {steps[1]:g} nm")
+        doubts.append(Doubt("oblong pixels", {"dx": steps[0], "dy": steps[1]}))
     # largest pixel, nm, that resolves contacts of spheres of some micrometres
     if min(steps) > 1000.0:
-        doubts.append(f"pixels of {min(steps):.4g} nm are too coarse to resolve the contacts of small spheres")
+        doubts.append(Doubt("coarse pixels", {"pixel": min(steps)}))
     return doubts
 
 
-def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
+def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[Doubt]:
     relief = np.nanmax(height) - np.nanmin(height)
     if relief == 0:
-        return ["all heights are equal"]
+        return [Doubt("flat", {})]
     doubts = missing_mark(height)
     width = min(step * (n - 1) for step, n in zip(steps, height.shape))
     if relief > width:
-        doubts.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")
+        doubts.append(Doubt("relief", {"relief": relief, "width": width}))
     share = max(np.mean(_steps(height, axis) > step) for axis, step in enumerate(steps))
     if share > 0.01:
-        doubts.append(f"the slope exceeds 1 (45°) between {100 * share:.3g} % of neighbouring pixels")
+        doubts.append(Doubt("slope", {"share": 100 * share}))
     doubts += faults(height)
     return doubts + (_garbled(height) if min(height.shape) >= _FEWEST_LINES else [])
 
 
-def faults(height: np.ndarray) -> list[str]:
-    """Return a sentence for each recording fault: clipped or wrapped heights, shifted lines."""
+def faults(height: np.ndarray) -> list[Doubt]:
+    """Return the recording faults: clipped or wrapped heights, shifted lines."""
     if np.nanmin(height) == np.nanmax(height):
         return []
     finite = np.isfinite(height)
@@ -110,8 +143,8 @@ def faults(height: np.ndarray) -> list[str]:
     return [*_clipped(height), *_wrapped(height), *lines]
 
 
-def _clipped(height: np.ndarray) -> list[str]:
-    """Return a warning if many pixels share the highest or lowest value, as at the end of a converter's range."""
+def _clipped(height: np.ndarray) -> list[Doubt]:
+    """Return a doubt if many pixels share the highest or lowest value, as at the end of a converter's range."""
     known = np.isfinite(height)
     ends = []
     for which, place in (("highest", 1), ("lowest", 0)):
@@ -123,14 +156,14 @@ def _clipped(height: np.ndarray) -> list[str]:
     # heights are clipped if this share of the pixels has the highest or lowest value, and this many times more than the
     # next value
     return [
-        f"{count} of {height.size} pixels have exactly the {which} value, {level:.6g} nm: clipped by the recorder"
+        Doubt("clipped", {"count": count, "pixels": height.size, "end": which, "level": level})
         for which, level, count, next_count in ends
         if count > max(5e-4 * height.size, 3.0 * next_count)
     ]
 
 
-def _wrapped(height: np.ndarray) -> list[str]:
-    """Return a warning if neighbours lie at opposite ends of the range and most heights between: an overflow."""
+def _wrapped(height: np.ndarray) -> list[Doubt]:
+    """Return a doubt if neighbours lie at opposite ends of the range and most heights between: an overflow."""
     low = np.nanmin(height)
     high = np.nanmax(height)
     jumps = sum(int((_steps(height, axis) > _WRAPPED_JUMP * (high - low)).sum()) for axis in (0, 1))
@@ -139,10 +172,7 @@ def _wrapped(height: np.ndarray) -> list[str]:
     between = np.mean((height > middle - quarter) & (height < middle + quarter))
     if jumps < _FEWEST_WRAPS or between < _BETWEEN_SHARE:
         return []
-    return [
-        f"{jumps} pairs of neighbouring heights differ by the whole range, {high - low:.4g} nm, although most heights "
-        "lie between: values wrapped around, as where 16 bits overflow"
-    ]
+    return [Doubt("wrapped", {"jumps": jumps, "relief": high - low})]
 
 
 def _outlying_line(height: np.ndarray, deviations: Callable[[np.ndarray], np.ndarray]) -> tuple[float, int, str, float]:
@@ -154,8 +184,8 @@ def _outlying_line(height: np.ndarray, deviations: Callable[[np.ndarray], np.nda
     return *max(worst), min(worst)[0]
 
 
-def _line_jump(height: np.ndarray) -> list[str]:
-    """Return a warning if heights jump between two lines, and not in the other direction."""
+def _line_jump(height: np.ndarray) -> list[Doubt]:
+    """Return a doubt if heights jump between two lines, and not in the other direction."""
     median = np.median if np.isfinite(height).all() else np.nanmedian  # in a third of the time
     ratio, line, axis, across = _outlying_line(
         height, lambda z: np.abs(median(np.diff(z, axis=0), axis=1, overwrite_input=True))
@@ -164,16 +194,15 @@ def _line_jump(height: np.ndarray) -> list[str]:
     # direction
     if ratio < max(10.0, _SCAR_RATIO * across):
         return []
-    return [f"the heights jump from line {line} to line {line + 1} along {axis}: a scan fault, or an edge"]
+    return [Doubt("jump", {"line": line, "next_line": line + 1, "axis": axis})]
 
 
-def _scar(height: np.ndarray) -> list[str]:
-    """Return a warning if one line differs from its neighbours, and none in the other direction (unlike debris)."""
+def _scar(height: np.ndarray) -> list[Doubt]:
+    """Return a doubt if one line differs from its neighbours, and none in the other direction (unlike debris)."""
     ratio, line, axis, across = _outlying_line(height, _differences_from_neighbours)
     if ratio < _SCAR_RATIO * across:
         return []
-    times = f"{ratio:.2g} times more than the median line"
-    return [f"line {line + 1}, counted along {axis}, differs from its neighbours {times}: a scan fault"]
+    return [Doubt("scar", {"line": line + 1, "axis": axis, "ratio": ratio})]
 
 
 def _differences_from_neighbours(lines: np.ndarray) -> np.ndarray:
@@ -191,15 +220,14 @@ def _steps(height: np.ndarray, axis: int) -> np.ndarray:
     return np.abs(steps, out=steps)
 
 
-def _garbled(height: np.ndarray) -> list[str]:
-    """Return a warning if neighbouring heights, or whole lines, are uncorrelated."""
+def _garbled(height: np.ndarray) -> list[Doubt]:
+    """Return a doubt if neighbouring heights, or whole lines, are uncorrelated."""
     alike = _neighbour_correlations(height)
     if max(alike) < _LEAST_CORRELATION:
-        finding = f"neighbouring heights are uncorrelated (correlation {max(alike):.2g})"
-        return [f"{finding}: a damaged header, or nothing but noise"]
+        return [Doubt("noise", {"correlation": max(alike)})]
     if min(alike) < _LEAST_CORRELATION:
-        finding = f"along {'xy'[alike.index(max(alike))]} are uncorrelated (correlation {min(alike):.2g})"
-        return [f"neighbouring lines {finding}: a damaged header, or lines that are not levelled to each other"]
+        axis = "xy"[alike.index(max(alike))]
+        return [Doubt("unrelated lines", {"axis": axis, "correlation": min(alike)})]
     return []
 
 
