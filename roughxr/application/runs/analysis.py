@@ -192,7 +192,7 @@ def execute(
             "continues it."
         )
         if specimen.pair.work > 0 and plan.mesh.cells == "auto":
-            warn_of_time(specimen, preload=plan.preload, law=plan.law, subregions=plan.subregions)
+            warn_of_time(specimen, preload=plan.preload, law=plan.law)
     with Stages(expected, labels, compiling) as stages:
         groups = checkpointed(
             lambda: analyse(specimen, plan, stages, command, parts),

@@ -34,6 +34,7 @@ from .adhesive_options import (
     law_choice,
     need_few_cells,
     need_resolved_law,
+    preload_problem,
     read_adhesion,
     read_preloads,
     settling_depth,
@@ -166,8 +167,16 @@ def _solution(
     mesh = read_mesh(mesh, Mesh())
     datum = datum or ("first_contact" if by_preload else "highest_peak")
     positions = specimen.centres(subregions)
-    how: dict[str, Any] = {"law": law, "mesh": mesh, "datum": datum, "cycles": cycles, "directions": directions}
-    problem, adhesion = _posed(specimen, preload, delta, positions, **how)
+    adhesion = read_adhesion(
+        specimen,
+        chosen_law(specimen, law),
+        preloads=read_preloads(preload) if by_preload else np.zeros(0),
+        mesh=mesh,
+        cycles=cycles,
+    )
+    adhesion = adhesion._replace(presses=by_preload, directions=directions)
+    delta = [settling_depth(specimen, adhesion)] if by_preload else delta
+    problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
     if not by_preload:
         ask_about_depth(specimen, problem)
     adhesion = with_front(problem, adhesion, is_automatic=law == AUTO and mesh.cells == "auto", fields=fields)
@@ -201,39 +210,6 @@ def _solution(
     return schema.label(out.assign_coords(shortest_wavelength=specimen.shortest_wavelength))
 
 
-def _posed(
-    specimen: Specimen,
-    preload: Quantities | None,
-    delta: Quantities | None,
-    positions: xr.Dataset,
-    *,
-    law: str,
-    mesh: Mesh,
-    datum: str = "first_contact",
-    cycles: int = 1,
-    directions: np.ndarray = NO_DIRECTIONS,
-) -> tuple[Problem, Adhesion]:
-    """Return the problem of all places, by a preload or by displacements, and its adhesion on cells."""
-    by_preload = delta is None
-    adhesion = read_adhesion(
-        specimen,
-        chosen_law(specimen, law),
-        preloads=read_preloads(preload) if by_preload else np.zeros(0),
-        mesh=mesh,
-        cycles=cycles,
-    )
-    adhesion = adhesion._replace(presses=by_preload, directions=directions)
-    delta = [settling_depth(specimen, adhesion)] if by_preload else delta
-    problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
-    return problem, adhesion
-
-
-def warn_of_time(specimen: Specimen, *, preload: Quantities, law: str, subregions: Places) -> None:
-    """Warn of a refined mesh of cells that takes minutes a place, before it is solved."""
-    problem, adhesion = _posed(specimen, preload, None, specimen.centres(subregions), law=law, mesh=Mesh())
-    _warn_of_time(with_front(problem, adhesion, is_automatic=law == AUTO, fields=False), problem)
-
-
 def _need_one_mesh(specimen: Specimen, problem: Problem, adhesion: Adhesion, by_preload: bool) -> None:
     """Raise where fields are requested without displacements, or on meshes that differ between places."""
     if by_preload or not adhesion.refine:
@@ -257,6 +233,12 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
 def _time_on_cells(adhesion: Adhesion, problem: Problem) -> str:
     """Return about the processor time of a place on cells, in words."""
     return number(float(f"{seconds_on_cells(problem, adhesion):.1g}"), "s")
+
+
+def warn_of_time(specimen: Specimen, *, preload: Quantities, law: str) -> None:
+    """Warn of a refined mesh of cells that takes minutes a place, before a run solves it."""
+    problem, adhesion = preload_problem(specimen, preload=preload, law=law, mesh=Mesh())
+    _warn_of_time(with_front(problem, adhesion, is_automatic=law == AUTO, fields=False), problem)
 
 
 def _warn_of_time(adhesion: Adhesion, problem: Problem) -> None:
