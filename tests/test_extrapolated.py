@@ -11,6 +11,7 @@ from roughxr import figures, report
 from roughxr.application.cli import main
 from roughxr.application.report.summary import best_estimate_notes
 from roughxr.application.runs import analysis, parts
+from roughxr.application.sentences import estimate_notes
 from roughxr.mechanics.scans import synthetic
 from roughxr.mechanics.studies import extrapolation
 from roughxr.mechanics.studies.assumptions import CHANGES, noise_limit, range_deviation
@@ -170,7 +171,7 @@ def test_with_a_second_scan_the_truth_lies_inside_an_interval_narrower_than_with
         assert with_second.pull_off_low < truth < with_second.pull_off_high
         assert abs(np.log(with_second.pull_off_mean / truth)) < abs(np.log(with_second.scanned_mean / truth))
         assert width(with_second, "roughness") <= width(alone, "roughness") * (1.001 if shortest else 0.8)
-        assert "by a second scan" in with_second.attrs["assumed"]
+        assert "by a second scan" in estimate_notes(with_second)[1]
 
 
 def test_the_interval_of_the_real_surface_contains_ranges_by_pressing(scan, scanned):
@@ -325,7 +326,7 @@ def test_a_measured_factor_takes_the_place_of_that_of_one_scan(scan, scanned):
     assert float(measured.roughness_factor) == pytest.approx(0.5)
     error = np.hypot(np.log(1.1) / 1.96, extrapolation._TRANSFER_ERROR)
     assert float(measured.relative_std.sel(entry=UNSEEN)) == pytest.approx(error)
-    assert "by measured pull-offs" in measured.attrs["assumed"]
+    assert "by measured pull-offs" in estimate_notes(measured)[1]
     unsure = real_pull_off(scan, scanned, None, measured=measured_ratio(0.5, 1.1), force_std=0.5)
     assert unsure.relative_std.sel(entry=UNSEEN) > measured.relative_std.sel(entry=UNSEEN)
 
@@ -359,7 +360,7 @@ def test_a_particle_at_rest_takes_the_same_ratio_as_a_probe(true_surface, scan, 
     )
     assert float(resting.roughness_factor) == pytest.approx(float(probe.roughness_factor))
     assert resting.relative_std.sel(entry=UNSEEN) == probe.relative_std.sel(entry=UNSEEN)
-    assert "by a second scan" in resting.attrs["assumed"]
+    assert "by a second scan" in estimate_notes(resting)[1]
 
 
 def test_a_second_scan_is_refused_where_it_is_not_finer_too_small_or_of_another_surface(true_surface, scan, scanned):
@@ -388,9 +389,12 @@ def test_noise_is_bounded_by_neighbouring_lines():
 
 def test_noise_beyond_the_range_of_adhesion_is_a_caution_and_below_it_an_entry(scan, scanned, real):
     assert noise_limit(scan) > 0.3 and "noise" not in real.entry
-    assert "Noise cannot be distinguished from roughness" in real.attrs["known"]
+    assert "Noise cannot be distinguished from roughness" in estimate_notes(real)[0]
     flatter = scan.assign(height=0.05 * scan.height)
-    assert "Noise" not in real_pull_off(flatter, scanned, None).attrs["known"]
+    clean = real_pull_off(flatter, scanned, None)
+    assert "Noise" not in estimate_notes(clean)[0] and "noise_limit" not in clean.attrs
+    assert "The errors of the pair are not included." in estimate_notes(clean)[1]
+    assert "The errors of the pair" not in estimate_notes(real)[1]
     change, noisy = CHANGES["noise"](flatter, 1.0)
     added = float((noisy.height - flatter.height).std())
     assert added == pytest.approx(noise_limit(flatter), rel=0.05) and change.endswith("nm")
@@ -437,8 +441,7 @@ def test_the_answer_is_the_best_estimate_with_its_interval(real):
 
 
 def test_the_answer_names_a_second_scan_where_it_narrows_the_interval(real):
-    measured_notes, assumed_notes = best_estimate_notes({"statistics/extrapolated": real})
-    assert (measured_notes, assumed_notes) == (real.attrs["known"], real.attrs["assumed"])
+    assert best_estimate_notes({"statistics/extrapolated": real}) == estimate_notes(real)
     assert "The interval narrows most with a second scan" in real.contact.answer().sentence
 
 

@@ -8,7 +8,9 @@ import xarray as xr
 from ..mechanics.bodies.liquid import menisci_of
 from ..mechanics.statistics.censoring import RELATIVE_STD
 from ..mechanics.statistics.means import estimated_mean
+from ..mechanics.studies.extrapolation import TESTED
 from ..mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, SHORT_RANGE
+from ..mechanics.vocabulary.error_sources import ERROR_SOURCES, MEASURED, ONE_SCAN, PLACES, UNSEEN, UNSEEN_WORDS
 from ..mechanics.vocabulary.numbers import is_too_wide, number, percent, quantity, value_and_interval, with_interval
 
 #: Probability below which samples of one distribution differ as much.
@@ -144,3 +146,25 @@ def liquid_words(ds: xr.Dataset) -> str:
             f". Menisci thinner than two molecules count in part, with {100 * menisci.part:.0f} % of that of the bulk"
         )
     return f"{sentence}."
+
+
+def estimate_notes(estimate: xr.Dataset) -> list[str]:
+    """Return what a result of `extrapolated` knows from the scan, and what it assumes of finer roughness."""
+    if "reason" in estimate.attrs:
+        return [f"The effect of finer roughness is not included: {estimate.attrs['reason']}."]
+    shown = float(estimate["finest_shown"])
+    source = estimate.attrs["unseen_by"]
+    known = f"The scan resolves wavelengths of {number(shown, 'nm')} (2 pixels) and longer."
+    if "noise_limit" in estimate.attrs:
+        noise = number(estimate.attrs["noise_limit"], "nm", 2)
+        known += f" Noise cannot be distinguished from roughness: it may reach {noise}."
+    low, factor, high = (number(estimate[f"roughness_{name}"], digits=2) for name in ("low", "factor", "high"))
+    assumed = f"Finer roughness multiplies the pull-off by {factor} ({low} … {high}), {UNSEEN_WORDS[source]}."
+    shortest, longest = TESTED
+    if source != MEASURED and estimate.attrs["shortest"] < shortest < shown:
+        assumed += f" Below {shortest:g} nm nothing is measured: an octave is assumed to count a quarter of that above."
+    if source == ONE_SCAN and shown > longest:
+        assumed += f" Wavelengths above {longest:g} nm could not be tested."
+    if all(name in (PLACES, UNSEEN) or ERROR_SOURCES[name].is_of_scan for name in estimate["entry"].values):
+        assumed += " The errors of the pair are not included."
+    return [known, assumed]

@@ -24,6 +24,7 @@ from ...mechanics.vocabulary.numbers import number
 from ...mechanics.vocabulary.text import printable
 from ..headline import best_estimate, with_best_estimate
 from ..headline import headline as answer_text
+from ..sentences import estimate_notes
 from ..wording import table_of_words
 
 Run = Mapping[str, xr.Dataset]
@@ -89,7 +90,7 @@ def run_summary(run: Run) -> xr.Dataset:
     if best_estimate(run) is not None:
         out = with_best_estimate(out, run["statistics/extrapolated"])
     elif "statistics/extrapolated" in run:
-        out.attrs["not_extrapolated"] = run["statistics/extrapolated"].attrs["known"]
+        (out.attrs["not_extrapolated"],) = estimate_notes(run["statistics/extrapolated"])
     if fluid := run_fluid(run):
         out.attrs["fluid"] = fluid
     if advice := _advice(run, out):
@@ -101,8 +102,7 @@ def best_estimate_notes(run: Run) -> list[str]:
     """Return the basis of the best estimate as sentences; empty without an estimate."""
     if best_estimate(run) is None:
         return []
-    attrs = run["statistics/extrapolated"].attrs
-    return [attrs["known"], attrs["assumed"]]
+    return estimate_notes(run["statistics/extrapolated"])
 
 
 def best_method(run: Run) -> str:

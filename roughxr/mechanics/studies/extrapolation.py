@@ -38,7 +38,6 @@ from ..vocabulary.error_sources import (
     SECOND_SCAN_PART,
     SECOND_SCAN_PIXEL,
     UNSEEN,
-    UNSEEN_WORDS,
     KnownError,
     symmetric_error,
     total_error,
@@ -67,7 +66,7 @@ _SECOND_OF_OCTAVE = 0.3
 
 #: Shortest wavelength (nm) of continuum theory, and the shortest and longest that maps could test.
 _SHORTEST_WAVELENGTH = 0.5
-_TESTED = (6.0, 64.0)
+TESTED = (6.0, 64.0)
 
 #: Pixels of the shortest wavelength that a scan contains.
 _PIXELS_PER_WAVELENGTH = 2.0
@@ -151,7 +150,8 @@ def extrapolated(
         that remain once the source of an error is measured, or a second scan taken; ``narrowed_low`` and
         ``narrowed_high``, the interval after the step that narrows it most, which the attribute ``narrowing_source``
         names. ``pull_off_on_pixels`` (nN) along ``pixel_size``: the mean as scanned, and on every second and fourth
-        pixel of the scan. The attributes ``known`` and ``assumed`` state what the scan shows, and the factor.
+        pixel of the scan. The attributes state the ``shortest`` wavelength, and ``noise_limit`` (nm) where
+        noise cannot be distinguished from roughness.
 
     Raises
     ------
@@ -271,9 +271,9 @@ def real_pull_off(
     )
     if PRESSING in errors:
         out["pressed_pull_off_force"] = factor * pull_off["pressed_pull_off_force"]
-    out.attrs = _sentences(ds, end, unseen) | {"narrowing_source": step, "unseen_by": unseen.source}
-    if budget is None:
-        out.attrs["assumed"] += " The errors of the pair are not included."
+    out.attrs = {"narrowing_source": step, "unseen_by": unseen.source, "shortest": end}
+    if (noise_rms := noise_limit(ds)) > read_pair(ds).range:
+        out.attrs["noise_limit"] = noise_rms
     return schema.label(out)
 
 
@@ -341,30 +341,10 @@ def _unseen_factor(
     return unseen, noise
 
 
-def _sentences(ds: xr.Dataset, end: float, unseen: RoughnessFactor) -> dict[str, str]:
-    """Return what is known from the scan, and what is assumed of finer roughness, in words."""
-    shown = _shown_wavelength(ds)
-    low, factor, high = (
-        number(np.exp(log), digits=2) for log in (unseen.log - unseen.below, unseen.log, unseen.log + unseen.above)
-    )
-    known = f"The scan resolves wavelengths of {number(shown, 'nm')} (2 pixels) and longer."
-    if (noise := noise_limit(ds)) > read_pair(ds).range:
-        known += f" Noise cannot be distinguished from roughness: it may reach {number(noise, 'nm', 2)}."
-    words = UNSEEN_WORDS[unseen.source]
-    assumed = f"Finer roughness multiplies the pull-off by {factor} ({low} … {high}), {words}."
-    shortest, longest = _TESTED
-    if unseen.source != MEASURED and end < shortest < shown:
-        assumed += f" Below {shortest:g} nm nothing is measured: an octave is assumed to count a quarter of that above."
-    if unseen.source == ONE_SCAN and shown > longest:
-        assumed += f" Wavelengths above {longest:g} nm could not be tested."
-    return {"known": known, "assumed": assumed}
-
-
 def without_estimate(ds: xr.Dataset, reason: str) -> xr.Dataset:
     """Return the result of `extrapolated` where there is no estimate: no numbers, and the reason."""
     out = xr.Dataset(dict.fromkeys(("pull_off_mean", "pull_off_low", "pull_off_high"), np.nan))
-    sentence = f"The effect of finer roughness is not included: {reason}."
-    return schema.label(out.assign_coords(schema.pair_coordinates(ds)).assign_attrs(known=sentence, assumed=""))
+    return schema.label(out.assign_coords(schema.pair_coordinates(ds)).assign_attrs(reason=reason))
 
 
 def refuse_synthetic(*scans: xr.Dataset | None) -> None:
@@ -401,7 +381,7 @@ def unseen_octaves(longest: float, end: float) -> float:
     """
     if end >= longest:
         return 0.0
-    least = _TESTED[0]
+    least = TESTED[0]
     tested = np.log2(max(longest, least) / max(end, least))
     untested = (min(longest, least) / least) ** 2 - (min(end, least) / least) ** 2
     return max(float(tested + untested / (2 * np.log(2))), _FEWEST_OCTAVES)
