@@ -3,11 +3,13 @@
 import contextlib
 import html
 import html.parser
+import inspect
 import io
 import re
 import shlex
 import warnings
 from pathlib import Path
+from string import Formatter
 from urllib.parse import urljoin, urlsplit
 from urllib.request import url2pathname
 
@@ -17,20 +19,22 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import archive, figures
+from roughxr import application, archive, figures
 from roughxr.application import cli, report
-from roughxr.application.headline import _next_step
+from roughxr.application.headline import answer_lines
 from roughxr.application.report import report_page
 from roughxr.application.report.report_page import methods
 from roughxr.application.report.run_numbers import debris_flags, run_numbers, summary_numbers
 from roughxr.application.runs import analysis, several
-from roughxr.application.wording import table_of_words
+from roughxr.application.wording import _entries, _Sentences, table_of_words
 from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
 from roughxr.mechanics.particles.removal import strength_quantile
 from roughxr.mechanics.specimen import specimen_of
+from roughxr.mechanics.statistics import means
 from roughxr.mechanics.statistics.sampling import by_share
 from roughxr.mechanics.vocabulary import numbers, schema
 from roughxr.mechanics.vocabulary.error_sources import UNSEEN
+from roughxr.mechanics.vocabulary.table import SCALARS
 
 from .browser import BROWSER, NO_BROWSER, Browser
 from .surfaces import as_measured, bare_runs
@@ -574,12 +578,20 @@ def test_more_than_a_soft_smooth_sphere_holds_is_told():
 
 @pytest.mark.parametrize(("narrowed", "ends"), [(59.0, ""), (40.0, "(to some 2.0 … 40 nN)"), (300.0, "2.0 … 300 nN")])
 def test_a_step_is_advised_where_it_narrows_the_interval(narrowed, ends):
-    summary = xr.Dataset(attrs={"narrowing_source": "work of adhesion"})
-    value = {"low": 17.0, "high": 25.0, "independent_places": 40.0, "finest_shown": 10.0, "best_estimate": 11.0}
+    value = {
+        "pull_off_force": 20.0,
+        "roughness_factor": 0.55,
+        "low": 17.0,
+        "high": 25.0,
+        "independent_places": 40.0,
+        "finest_shown": 10.0,
+        "best_estimate": 11.0,
+    }
     value |= {"best_low": 2.0, "best_high": 61.0 if narrowed < 61.0 else 900.0}
     value |= {"narrowed_low": 2.0, "narrowed_high": narrowed}
-    step = _next_step(summary, value)
-    assert (narrowed == 59.0) == (step == "")
+    summary = xr.Dataset(value, attrs={"narrowing_source": "work of adhesion", "unseen_by": "surfaces"})
+    *_, step = answer_lines(summary)
+    assert (narrowed == 59.0) == ("narrows most" not in step)
     assert ends in step and "wider than" not in step
 
 
@@ -655,3 +667,18 @@ def test_a_scan_stays_synthetic_through_what_prepares_it(tmp_path):
         roughxr.reconstruct(part, roughxr.asperities(part)),
     ):
         assert schema.is_synthetic(prepared), schema.history(prepared)[-1]
+
+
+def test_a_sentence_is_printed_if_its_values_are_known_and_every_field_is_one():
+    """Of alternatives the first of which all are; a misspelt name would silently leave its sentence out."""
+    entries = {"total": ["{mean:nN} ± {error:%}{places}", "{mean:nN}{places}"], "places": " at {count} places"}
+    values = {"mean": 1234.0, "error": np.nan, "count": 9}
+    assert _Sentences(entries, values).render("total") == "1.23 µN at 9 places"
+    assert _Sentences(entries, values | {"error": 0.25, "count": None}).render("total") == "1.23 µN ± 25 %"
+    assert _Sentences(entries, {"count": 0}).render("total") == ""
+    answer = _entries("answer.toml")
+    texts = [text for entry in answer.values() for text in ([entry] if isinstance(entry, str) else entry)]
+    fields = {name for text in texts for _, name, _, _ in Formatter().parse(text) if name}
+    modules = (application.headline, means, application.report.summary)
+    source = " ".join([*SCALARS, *map(inspect.getsource, modules)])
+    assert not {name for name in fields - set(answer) if name.removesuffix("_from").removesuffix("_to") not in source}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -34,18 +35,15 @@ from ..mechanics.vocabulary.error_sources import (
 )
 from ..mechanics.vocabulary.numbers import (
     bounds_in_words,
+    is_too_wide,
     number,
-    percent,
     prefixed,
-    quantity,
     significant,
     value_and_interval,
     with_interval,
 )
-from ..mechanics.vocabulary.text import sentences_on_lines
 from .sentences import comparison_sentence, recommendation
-
-_BY_PRESSING = "by how hard the sphere was pressed"
+from .wording import render_sentences
 
 
 def answer(ds: xr.Dataset) -> xr.Dataset:
@@ -98,7 +96,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
         mean = with_units(with_best_estimate(mean_pull_off(as_scanned), ds))
     else:
         mean = ds if "solved_places" in ds else _without_doubtful_interval(mean_pull_off(ds))  # a run's has errors
-    return mean.assign_attrs(sentence=sentences_on_lines(headline(mean)))
+    return mean.assign_attrs(sentence="\n".join(answer_lines(mean)))
 
 
 def _without_doubtful_interval(mean: xr.Dataset) -> xr.Dataset:
@@ -146,46 +144,74 @@ def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] |
     return estimated_mean(run.get("statistics/extrapolated"))
 
 
+#: The sentences of an answer by the real surface, and of one as scanned or measured; and those that end both.
+_REAL = ("real", "parts")
+_SCANNED = ("mean_as_scanned", "known_by_limits", "by_likelihood", "why_not_real", "largest")
+_ENDING = ("bias", "excess", "choice_of_law", "missed_debris", "next_step")
+
+#: Relative half width of an interval below which its source is not named.
+_NAMED = 0.05
+
+#: Known bias from which the mean without it is stated.
+_LARGE_BIAS = 0.1
+
+#: Ratio of the ends of an interval above which the next step is to narrow it.
+_WIDE = 4.0
+
+
 def headline(summary: xr.Dataset) -> str:
     """Return an answer or a run's summary in words, for all doors alike."""
+    return " ".join(answer_lines(summary))
+
+
+def answer_lines(summary: xr.Dataset) -> list[str]:
+    """Return the sentences of an answer or a run's summary."""
     if "pull_off_force" not in summary:
-        return str(summary.attrs.get("missing", ""))
-    value = scalar_values(summary)
-    opening = _scanned_words(summary, value) if np.isnan(value["best_estimate"]) else _real_words(summary, value)
-    return " ".join(filter(None, [*opening, *_limits(summary, value), _next_step(summary, value)]))
+        return [summary.attrs["missing"]] if "missing" in summary.attrs else []
+    values = scalar_values(summary)
+    is_real = np.isfinite(values["best_estimate"])
+    record = {"scan_sources": "scan and mesh", **summary.attrs, **values, **_mean(summary, values)}
+    record |= _places(summary, values) | _limits(summary, values) | _next_step(summary, values)
+    if is_real:
+        record |= _real(summary, values)
+    return render_sentences("answer.toml", (_REAL if is_real else _SCANNED) + _ENDING, record)
 
 
-def _real_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
-    """Return the pull-off of the real surface, and what it is made of."""
-    unit, size = prefixed(value["best_estimate"])
-    best = _printed_best(value)
-    ends = [significant(value[f"best_{end}"] / size) for end in ("low", "high")]
-    errors = "without the errors of the pair of bodies"
-    if np.isfinite(value["pair_error"]):
-        errors = "all known errors, given the law of attraction"  # of which no error is known
-    parts = [f"As scanned {_mean_words(summary, value)}", _unseen_words(summary, value)]
-    scan_sources = str(summary.attrs.get("scan_sources", "scan and mesh"))
-    for name, source in (("pair_error", "the pair of bodies"), ("scan_error", scan_sources)):
-        # relative half width of an interval below which its source is not named
-        if value[name] > 0.05:
-            low, high = (number(np.exp(sign * value[name]), digits=2) for sign in (-1, 1))
-            parts.append(f"× {low} … {high} by {source}")
-    if np.isfinite(value["pressed_low"]):
-        low, high = (number(value[name] / value["pull_off_force"], digits=2) for name in PRESSED)
-        parts.append(f"× {low} … {high} {_BY_PRESSING}")
-    interval = f"95 % interval {' … '.join(ends)} {unit}, {errors}"
-    return [f"Pull-off force of the real surface{_air(summary)}: {best} {unit} ({interval}).", f"{'; '.join(parts)}."]
+def _mean(summary: xr.Dataset, values: Mapping[str, float]) -> dict[str, Any]:
+    """Return the mean with its interval as text, and what it is known by."""
+    mean, low, high = (values[name] for name in ("pull_off_force", "low", "high"))
+    record: dict[str, Any] = {
+        "synthetic": schema.is_synthetic(summary),
+        "humidity": summary.coords.get("humidity"),
+        "bounded": np.isfinite(high - low),
+    }
+    if np.isfinite(low) and ("limits" in summary.attrs or np.isnan(mean)):
+        record["bounds"] = bounds_in_words(low, high)
+    elif np.isfinite(low):
+        record["mean"], ends = value_and_interval(mean, low, high)
+        record["ends"] = ends + ", too few values" * is_too_wide(low, high)
+    if "limits" in summary.attrs and np.isfinite(mean):
+        record["likelihood"] = with_interval(mean, values["likelihood_low"], values["likelihood_high"])
+    if np.isfinite(values["pressed_low"]):
+        record["pressed_bounds"] = bounds_in_words(values["pressed_low"], values["pressed_high"])
+    if source := summary.attrs.get("largest_source"):
+        record["largest_name"] = ERROR_SOURCES[source].label or source
+    return record
 
 
-def _unseen_words(summary: xr.Dataset, value: Mapping[str, float]) -> str:
-    """Return the effect of unseen roughness: a factor that multiplies the mean as printed to the best estimate."""
-    ends = " … ".join(significant(value[f"roughness_{end}"]) for end in ("low", "high"))
-    finer = f"roughness finer than {number(value['finest_shown'], 'nm', 2)}"
-    factor = _printed_factor(value)
+def _real(summary: xr.Dataset, values: Mapping[str, float]) -> dict[str, Any]:
+    """Return the pull-off of the real surface in its unit, and what it is made of."""
+    unit, size = prefixed(values["best_estimate"])
+    record: dict[str, Any] = {"unit": unit, "best": _printed_best(values), "factor": _printed_factor(values)}
+    for name in ("best", "narrowed"):
+        record |= {f"{name}_from": values[f"{name}_low"] / size, f"{name}_to": values[f"{name}_high"] / size}
+    for name in ("pair", "scan"):
+        error = values[f"{name}_error"]
+        if error > _NAMED:
+            record |= {f"{name}_from": np.exp(-error), f"{name}_to": np.exp(error)}
+    record |= {f"pressed_{end}": values[name] / values["pull_off_force"] for end, name in zip(("from", "to"), PRESSED)}
     source = summary.attrs["unseen_by"]
-    if source != ONE_SCAN:
-        return f"× {factor} ({ends}) by {finer}, {UNSEEN_WORDS[source]}"
-    return f"× {factor} ({ends}, {UNSEEN_WORDS[source]}) by {finer}, which the scan does not show"
+    return record | {"one_scan": source == ONE_SCAN, "unseen_words": UNSEEN_WORDS[source]}
 
 
 def _printed_best(value: Mapping[str, float]) -> str:
@@ -207,147 +233,48 @@ def _printed_factor(value: Mapping[str, float]) -> str:
     return next((text for text in texts if abs(printed * float(text) / best - 1) < 0.03), texts[0])
 
 
-def _scanned_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
-    """Return the mean as scanned with its errors, and why there is no estimate of the real surface."""
-    errors = ""
-    others = ""
-    if np.isfinite(value["pressed_low"]):
-        errors = f"; {bounds_in_words(value['pressed_low'], value['pressed_high'])}, {_BY_PRESSING}"
-        others = " other"
-    if np.isfinite(value["total_error"]):
-        errors += f"; ± {percent(value['total_error'])} with all{others} known errors"
-    elif np.isfinite(error := value["mesh_error"]):
-        cells = f"overestimated by about {percent(error)} due to the size of cells"
-        errors += f"; {cells}" if "rigid" in summary.attrs else f"; ± {percent(error)} numerical error"
-    mean = _mean_words(summary, value, "95 % interval").removesuffix(")")
-    surface_words = "for the surface as scanned"
-    if "measured" in summary.attrs:
-        surface_words = "as measured"
-    elif schema.is_synthetic(summary):
-        surface_words = "for the synthetic surface"
-    sentences = [f"Mean pull-off {mean}{errors}) {surface_words}{_air(summary)}.", _limit_words(summary, value)]
-    sentences.append(str(summary.attrs.get("not_extrapolated", "")))
-    if source := summary.attrs.get("largest_source"):
-        label = ERROR_SOURCES[source].label or source
-        sentences.append(f"The largest uncertainty is the {label} (± {percent(value['largest_error'])}).")
-    return sentences
+def _places(summary: xr.Dataset, values: Mapping[str, float]) -> dict[str, Any]:
+    """Return the number of places, of those on debris, and whether they are too few for an interval."""
+    record: dict[str, Any] = {"several_places": values["places"] > 1}
+    if values["places"] < values["solved_places"]:
+        record["more_solved_places"] = values["solved_places"]
+    if values["debris_share"] > 0:
+        record |= {"some_debris": values["debris_share"], "some_on_debris": values["debris_places"] or None}
+    record["is_too_few"] = np.isnan(values["low"]) and np.isfinite(values["independent_places"])
+    is_solved = np.isnan(values["debris_share"]) and "measured" not in summary.attrs
+    has_interval = np.isfinite(values["low"]) and np.isfinite(values["independent_places"])
+    if has_interval and is_solved and values["places"] < FEWEST_SAMPLES:
+        record["not_shown"] = not_shown(int(values["places"]), values["independent_places"])
+    return record
 
 
-def _mean_words(summary: xr.Dataset, value: Mapping[str, float], name: str = "") -> str:
-    """Return the mean as scanned with its interval and number of places."""
-    mean = value["pull_off_force"]
-    places = _places_in_words(summary)
-    if np.isfinite(value["low"]) and ("limits" in summary.attrs or np.isnan(mean)):
-        counted = f"{name}, {places}" if name else places
-        return f"{bounds_in_words(value['low'], value['high'])} ({counted})"
-    if np.isnan(value["low"]):
-        return f"{quantity(mean)} ({places})"
-    words = with_interval(mean, value["low"], value["high"], why_wide=", too few values", name=name)
-    return f"{words.removesuffix(')')}, {places})"
+def _limits(summary: xr.Dataset, values: Mapping[str, float]) -> dict[str, Any]:
+    """Return a large known bias, and a mean above that of a smooth flat with Tabor's parameter of these bodies."""
+    record: dict[str, Any] = {"on_cells": "by_front" not in summary.attrs}
+    bias = summary.attrs.get("known_bias", 0.0)
+    if abs(bias) > _LARGE_BIAS:
+        record |= {"large_bias": abs(bias), "unbiased": values["pull_off_force"] * (1 - bias)}
+    if values["smooth_share"] > 1:
+        record["share_above_one"] = values["smooth_share"]
+        if {"sphere_radius", "contact_modulus", "work_of_adhesion"} <= set(summary.coords):
+            pair = read_pair(summary)
+            tabor = max(pair.tabor_parameters(pair.sphere_radius))
+            record["small_tabor" if tabor < SHORT_RANGE else "tabor"] = tabor
+    return record
 
 
-def _limit_words(summary: xr.Dataset, value: Mapping[str, float]) -> str:
-    """Return a sentence on the forces that are limits, and on the mean by a likelihood; empty without limits."""
-    if "limits" not in summary.attrs:
-        return ""
-    limits = f"Known by limits: {summary.attrs['limits']}"
-    if np.isnan(value["low"]):
-        by_law = f"; the mean is by a likelihood with censoring, of a {summary.attrs['law']} law"
-        return f"{limits}{by_law if np.isfinite(value['pull_off_force']) else ''}."
-    sentence = f"{limits}; the interval holds wherever they lie."
-    if np.isnan(value["pull_off_force"]):
-        return sentence
-    mean = with_interval(value["pull_off_force"], value["likelihood_low"], value["likelihood_high"])
-    return f"{sentence} By a likelihood with censoring, of a {summary.attrs['law']} law: {mean}."
-
-
-def _air(summary: xr.Dataset) -> str:
-    """Return the humidity of the air, empty for a dry pair."""
-    return f" at {percent(summary['humidity'])} relative humidity" if "humidity" in summary.coords else ""
-
-
-def _limits(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
-    """Return sentences on a known bias above 10 %, and on a mean above that of a smooth flat."""
-    sentences = []
-    mean = value["pull_off_force"]
-    if abs(bias := summary.attrs.get("known_bias", 0.0)) > 0.1:
-        sentence = (
-            f"The mean as scanned without its known bias, {percent(abs(bias))}, is {quantity(mean * (1 - bias))}."
-        )
-        sentences.append(sentence)
-    if value["smooth_share"] > 1:
-        share = percent(value["smooth_share"])
-        words = f"The mean as scanned is {share} of the pull-off from a smooth flat, {_excess_words(summary)}."
-        sentences.append(words)
-    sentences.append(str(summary.attrs.get("law_choice", "")))
-    is_solved = np.isnan(value["debris_share"]) and "measured" not in summary.attrs
-    has_interval = np.isfinite(value["low"]) and np.isfinite(value["independent_places"])
-    if has_interval and is_solved and value["places"] < FEWEST_SAMPLES:
-        sentences.append(not_shown(int(value["places"]), value["independent_places"]))
-    return sentences
-
-
-def _excess_words(summary: xr.Dataset) -> str:
-    """Return whether these bodies can hold more than JKR's sphere on a smooth flat."""
-    if "rigid" in summary.attrs:
-        return "possible only for a surface shaped to fit the sphere: use adhesive, or a finer mesh"
-    if not {"sphere_radius", "contact_modulus", "work_of_adhesion"} <= set(summary.coords):
-        return "possible for stiff bodies, and for soft ones where the surface ripples or fits the sphere"
-    pair = read_pair(summary)
-    tabor = max(pair.tabor_parameters(pair.sphere_radius))
-    parameter = f"Tabor's parameter of the sphere is {number(tabor, digits=2)}"
-    if tabor < SHORT_RANGE:
-        return f"possible for bodies as stiff as these ({parameter})"
-    words = f"which soft bodies ({parameter}) hold where the surface ripples or fits the sphere"
-    return words if "by_front" in summary.attrs else f"{words}: compare with a finer mesh"
-
-
-def _places_in_words(summary: xr.Dataset) -> str:
-    """Return the number of places, and whether they are too few for an interval."""
-    adhering = int(summary["places"])
-    count = int(summary["solved_places"])
-    text = f"{adhering} place{'s' * (adhering > 1)}" + f" of {count}" * (adhering < count)
-    if summary.get("debris_share", 0.0) > 0:
-        on_debris = number(summary["debris_places"]) if summary["debris_places"] > 0 else "none"
-        text += f", {on_debris} of them on debris ({percent(summary['debris_share'])} of the area)"
-    is_too_few = (
-        "independent_places" in summary and np.isnan(summary["low"]) and summary["independent_places"].notnull()
-    )
-    reason = summary.attrs.get("no_interval", "too few independent ones for an interval")
-    return text + f", {reason}" * bool(is_too_few)
-
-
-def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
-    """Return one sentence on the next step; empty if the errors suggest none, or nothing can be measured again."""
-    if schema.is_synthetic(summary):
-        return ""
-    if advice := summary.attrs.get("advice", ""):
-        return f"Next: {advice}."
-    low, high, independent = (value[name] for name in ("low", "high", "independent_places"))
-    # ratio of the ends of an interval above which the next step is to narrow it
-    if np.isfinite(independent) and (np.isnan(low) or high > 4.0 * low) and np.isnan(value["best_estimate"]):
-        effect = "are too few for an interval" if np.isnan(low) else "give a wide interval"
-        counts = f"{number(value['places'])} places, {number(independent, digits=2)} of them independent,"
-        steps = "solve more places, or scan a larger area"
-        if "limits" in summary.attrs:
-            steps = "measure with less noise or a softer cantilever, or more places"
-        elif "measured" in summary.attrs:
-            steps = "measure more places, or a larger area"
-        return f"Next: {steps}, since {counts} {effect}."
+def _next_step(summary: xr.Dataset, values: Mapping[str, float]) -> dict[str, Any]:
+    """Return whether the interval is wide, and what narrows it most."""
+    low, high, independent = (values[name] for name in ("low", "high", "independent_places"))
+    is_wide = np.isfinite(independent) and (np.isnan(low) or high > _WIDE * low) and np.isnan(values["best_estimate"])
+    if values["narrowed_low"] > 0 and values["best_low"] > 0:
+        narrowed, wide = (np.log(values[f"{name}_high"] / values[f"{name}_low"]) for name in ("narrowed", "best"))
+        if narrowed > 0.95 * wide:  # no step narrows it by a twentieth
+            return {"is_wide": is_wide}
     source = summary.attrs.get("narrowing_source", summary.attrs.get("largest_source", ""))
     remedy = ERROR_SOURCES[source].remedy if source else ""
-    if not remedy:
-        return ""
-    if value["narrowed_low"] > 0 and value["best_low"] > 0:
-        narrowed, wide = (np.log(value[f"{name}_high"] / value[f"{name}_low"]) for name in ("narrowed", "best"))
-        if narrowed > 0.95 * wide:  # no step narrows it by a twentieth
-            return ""
-    sentence = f"The interval narrows most with {remedy.format(**_second_scan_words(summary, value['finest_shown']))}"
-    if np.isfinite(value["narrowed_low"]):
-        unit, size = prefixed(value["best_estimate"])
-        ends = " … ".join(significant(value[f"narrowed_{end}"] / size) for end in ("low", "high"))
-        sentence += f" (to some {ends} {unit})"
-    return f"{sentence}."
+    scan_words = _second_scan_words(summary, values["finest_shown"])
+    return {"is_wide": is_wide, "remedy": remedy.format(**scan_words)}
 
 
 def _second_scan_words(summary: xr.Dataset, finest_shown: float) -> dict[str, str]:

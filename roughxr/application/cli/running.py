@@ -14,7 +14,7 @@ from ...files.images.description import describe
 from ...mechanics.bodies.pair import assign_pair
 from ...mechanics.jobs.spread import use_scheduler
 from ...mechanics.scans.editing import on_square_pixels
-from ...mechanics.vocabulary.text import sentences_on_lines, without_warnings
+from ...mechanics.vocabulary.text import without_warnings
 from .. import report, reproduction
 from ..headline import headline
 from ..runs import analysis, several
@@ -81,8 +81,8 @@ def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, 
 def _print_answer(groups: Mapping[str, xr.Dataset], output: str, pictures: str = "overview.png") -> None:
     """Print the output path of a run, and its answer on the last line."""
     print(f"written to {output}" + f": report.html, places.csv, table.txt, {pictures}" * Path(output).is_dir())
-    if answer := report.headline(groups):
-        print(sentences_on_lines(answer))
+    for sentence in report.headline_lines(groups):
+        print(sentence)
 
 
 def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:

@@ -16,6 +16,7 @@ from .summary import (
     SUMMARY,
     by_place,
     headline,
+    headline_lines,
     place_table,
     run_summary,
     summary_groups,

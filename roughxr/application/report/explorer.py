@@ -20,13 +20,12 @@ from ...mechanics.scans.regions import extent
 from ...mechanics.statistics.sampling import SHARE, at_first_preload
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.refusal import Refusal
-from ...mechanics.vocabulary.text import sentences_on_lines
 from .. import archive
 from ..figures.images import colour_map
 from .caveats import cautions
 from .report_page import as_uri, page_path, render_template, title, write_page
 from .run_numbers import METHOD_WORDS, debris_flags
-from .summary import by_place, headline
+from .summary import by_place, headline_lines
 
 Run = Mapping[str, xr.Dataset]
 
@@ -84,7 +83,7 @@ def explorer_page(run: Run, *, archive_name: str = "run.nc") -> str:
     return render_template(
         "explorer.html",
         title=title(run["scan"]),
-        headline=sentences_on_lines(headline(run)),
+        headline="\n".join(headline_lines(run)),
         archive_name=archive_name,
         count=len(data["places"]),
         cautions=cautions(run),

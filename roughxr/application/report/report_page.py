@@ -23,7 +23,7 @@ from ...mechanics.statistics import LAWS
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.numbers import number, percent
 from ...mechanics.vocabulary.refusal import Refusal
-from ...mechanics.vocabulary.text import printable, sentences_on_lines
+from ...mechanics.vocabulary.text import printable
 from .. import archive, figures
 from ..figures.maps import critical_map
 from ..sentences import liquid_words
@@ -32,7 +32,16 @@ from .caveats import cautions
 from .detachment import detachment_notes, remaining_fraction
 from .run_numbers import METHOD_WORDS, debris_flags, prediction, run_moments
 from .run_tables import full_budget, tables
-from .summary import BUDGET, DETACHMENT, best_estimate_notes, by_place, critical_flow, headline, run_fluid, run_summary
+from .summary import (
+    BUDGET,
+    DETACHMENT,
+    best_estimate_notes,
+    by_place,
+    critical_flow,
+    headline_lines,
+    run_fluid,
+    run_summary,
+)
 
 Run = Mapping[str, xr.Dataset]
 
@@ -80,7 +89,7 @@ def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
         "report.html",
         title=title(run.get("scan", xr.Dataset())),
         archive_name=archive_name,
-        headline=sentences_on_lines(headline(run)),
+        headline="\n".join(headline_lines(run)),
         humid=liquid_words(run["scan"]) if "scan" in run else "",
         best=best_estimate_notes(run),
         first=_pictures(run, _FIRST),

@@ -22,8 +22,7 @@ from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.error_sources import HALF_WIDTH
 from ...mechanics.vocabulary.numbers import number
 from ...mechanics.vocabulary.text import printable
-from ..headline import best_estimate, with_best_estimate
-from ..headline import headline as answer_text
+from ..headline import answer_lines, best_estimate, with_best_estimate
 from ..sentences import estimate_notes
 from ..wording import table_of_words
 
@@ -66,7 +65,12 @@ def headline(run: Run) -> str:
     >>> roughxr.report.headline({"statistics/adhesive": forces}).partition(" (")[0]
     'Mean pull-off 590 nN'
     """
-    return answer_text(run_summary({name: schema.entered(ds) for name, ds in run.items()}))
+    return " ".join(headline_lines(run))
+
+
+def headline_lines(run: Run) -> list[str]:
+    """Return the sentences of the headline."""
+    return answer_lines(run_summary({name: schema.entered(ds) for name, ds in run.items()}))
 
 
 def run_summary(run: Run) -> xr.Dataset:

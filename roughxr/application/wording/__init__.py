@@ -1,9 +1,81 @@
-"""What people read, kept as text files: words and units of numbers, names in words."""
+"""What people read, kept as text files: sentences, words and units of numbers, names in words; and their renderer."""
 
 from __future__ import annotations
 
 import csv
+import math
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
 from importlib.resources import files
+from string import Formatter
+from typing import Any
+
+import numpy as np
+
+from ...mechanics.vocabulary.numbers import number, percent, quantity, significant
+
+#: How numbers are written, by what stands after the colon of a field.
+_FORMATS: dict[str, Callable[[Any], str]] = {
+    "": number,
+    "%": percent,
+    "nN": quantity,
+    "nm": lambda value: number(value, "nm", 2),
+    "2": lambda value: number(value, digits=2),
+    "~": significant,
+    "?": lambda value: "",
+}
+
+
+class _Unknown(LookupError):
+    """A value of a sentence is not known."""
+
+
+def _is_known(value: Any) -> bool:
+    """Return whether a value is a number, a text that is not empty, or true."""
+    if value is None or isinstance(value, (str, bool, np.bool_)):
+        return bool(value)
+    return not math.isnan(value)
+
+
+class _Sentences(Formatter):
+    """The sentences of a file, whose fields are values or other entries of the file."""
+
+    def __init__(self, entries: Mapping[str, Any], values: Mapping[str, Any]):
+        self.entries = entries
+        self.values = values
+
+    def render(self, name: str) -> str:
+        """Return the first text of an entry whose values are all known, empty if there is none."""
+        texts = self.entries[name]
+        for text in [texts] if isinstance(texts, str) else texts:
+            try:
+                return self.format(text)
+            except _Unknown:
+                continue
+        return ""
+
+    def get_value(self, key: Any, args: Any, kwargs: Any) -> Any:
+        if key in self.entries:
+            return self.render(key)
+        value = self.values.get(key)
+        if not _is_known(value):
+            raise _Unknown(key)
+        return value
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        return value if isinstance(value, str) and not format_spec else _FORMATS[format_spec](value)
+
+
+@cache
+def _entries(file: str) -> dict[str, Any]:
+    return tomllib.loads(files(__package__).joinpath(file).read_text(encoding="utf-8"))
+
+
+def render_sentences(file: str, names: Iterable[str], values: Mapping[str, Any]) -> list[str]:
+    """Return entries of a file with values in their fields, without those of which a value is not known."""
+    rendered = _Sentences(_entries(file), values)
+    return list(filter(None, map(rendered.render, names)))
 
 
 def table_of_words(name: str) -> list[list[str]]:

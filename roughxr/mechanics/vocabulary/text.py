@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 import unicodedata
 import warnings
@@ -21,11 +20,6 @@ def printable(text: str, *, keep: str = "") -> str:
         character for character in set(text) - set(keep) if unicodedata.category(character) in _CONTROL_CATEGORIES
     }
     return text.translate({ord(character): character.encode("unicode_escape").decode("ascii") for character in hidden})
-
-
-def sentences_on_lines(text: str) -> str:
-    """Return text with each sentence on a line of its own."""
-    return re.sub(r"(?<=[.)]) (?=[A-Z])", "\n", text)
 
 
 def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
