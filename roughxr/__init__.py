@@ -16,6 +16,9 @@ from typing import Any
 import lazy_loader
 import xarray
 
+#: Modules with further public functions.
+_ROOMS = ("archive", "figures", "measured", "particles", "reference", "report", "scans", "statistics")
+
 _loaded, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
@@ -23,7 +26,9 @@ def __getattr__(name: str) -> Any:
     if name not in __all__:
         from .mechanics.vocabulary.text import did_you_mean
 
-        raise AttributeError(f"roughxr: no {name!r}{did_you_mean(name, __all__)}; list its names by dir(roughxr)")
+        places = {inner: f"{room}.{inner}" for room in _ROOMS for inner in _loaded(room).__all__}
+        similar = f" (did you mean {places[name]}?)" if name in places else did_you_mean(name, __all__)
+        raise AttributeError(f"roughxr: no {name!r}{similar}; list its names by dir(roughxr)")
     from .mechanics.vocabulary.calls import public_functions
 
     value = _loaded(name)

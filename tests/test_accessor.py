@@ -100,6 +100,39 @@ def test_a_name_that_the_package_lacks_is_answered_with_the_nearest():
         roughxr.read_scan  # noqa: B018
 
 
+def test_a_name_of_a_room_is_found_there():
+    with pytest.raises(AttributeError, match=r"no 'open_curves' \(did you mean measured.open_curves\?\)"):
+        roughxr.open_curves  # noqa: B018
+    with pytest.raises(AttributeError, match=r"no 'critical_load' \(did you mean particles.critical_load\?\)"):
+        roughxr.critical_load  # noqa: B018
+
+
+def test_what_is_no_function_of_a_dataset_is_not_varied(surface):
+    for solve, kind in ((surface, "a Dataset"), ("adhesive", "'adhesive'"), (surface.contact.rigid, "a verb of one")):
+        with pytest.raises(roughxr.Refusal, match=f"solve: expected a function.*found {kind}"):
+            roughxr.vary(surface, solve, sphere_radius=[2000, 3000])
+
+
+def test_figures_refuse_unknown_options_and_what_they_cannot_draw(surface):
+    with pytest.raises(roughxr.Refusal, match="colour: expected an option of scan_map"):
+        surface.contact.plot(colour="red")
+    with pytest.raises(roughxr.Refusal, match="expected a Dataset or DataArray, to be drawn, found str"):
+        roughxr.figures.plot("run")
+    with pytest.raises(roughxr.Refusal, match="expected a Dataset with variables, to be drawn, found none"):
+        xr.Dataset().contact.plot()
+    with pytest.raises(roughxr.Refusal, match="run: expected the groups of a run"):
+        roughxr.figures.overview(surface)
+    with pytest.raises(roughxr.Refusal, match="expected one of height, found 'pull_off_force'"):
+        roughxr.figures.distribution(surface)
+
+
+def test_displacements_of_a_sum_are_asked_about_as_those_of_a_simulation(surface):
+    with pytest.warns(roughxr.RoughxrWarning, match="delta: 1000000 nm is more than a tenth of the sphere's radius"):
+        surface.contact.superpose(delta=[1e6], law="hertz")
+    with pytest.warns(roughxr.IncompleteResult, match="delta: nothing touches down to .* all forces are 0"):
+        surface.contact.superpose(delta=[-5000.0], law="hertz")
+
+
 def test_the_name_of_a_file_is_no_dataset_of_measured_forces():
     ds = glass_pair(scan(rough(16)))
     with pytest.raises(ValueError, match=r"measured: expected a Dataset of pull-off forces, found str 'm.csv'; open"):

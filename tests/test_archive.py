@@ -47,6 +47,13 @@ def test_attributes_say_how_each_group_was_made(groups, tmp_path):
     assert step["roughxr"]
 
 
+def test_a_folder_with_one_archive_is_loaded_and_a_bare_dataset_not_saved(groups, tmp_path):
+    save(groups, tmp_path / "run.nc")
+    assert load(tmp_path).keys() == load(tmp_path / "run.nc").keys()
+    with pytest.raises(ValueError, match="groups: expected Datasets by the names of their groups, found Dataset"):
+        save(next(iter(groups.values())), tmp_path / "other.nc")
+
+
 def test_lazy_groups_are_computed(groups, tmp_path):
     lazy = {"scan": groups["scan"].chunk(x=20)}
     with xr.open_datatree(save(lazy, tmp_path / "lazy.nc")) as tree:

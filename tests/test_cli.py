@@ -522,6 +522,26 @@ def test_what_cannot_be_written_is_refused(options, says, tmp_path, monkeypatch,
     assert says in capsys.readouterr().err and [path.name for path in tmp_path.iterdir()] == ["in.nc"]
 
 
+@pytest.mark.parametrize(
+    ("command", "says"),
+    [
+        (["report", "{run}", "-o", "page.pdf"], "page.pdf: expected the name of a page, ending in .html"),
+        (["explore", "{run}", "-o", "page.png"], "page.png: expected the name of a page, ending in .html"),
+        (["paper", "-o", ""], "--output: expected the name of a file or folder, found an empty one"),
+        (["detach", "{run}", "--dem", "edem", "out.csv"], "--dem: expected one of 'lammps', 'liggghts'"),
+        (["detach", "{run}", "--remove", "90"], "--remove: expected a number between 0 and 1, such as 0.9 or '90 %'"),
+    ],
+)
+def test_an_output_of_another_kind_and_a_wrong_value_are_named_by_the_option(
+    finished, command, says, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    _, archived, _ = finished
+    assert main([word.format(run=archived) for word in command]) == 1
+    assert says in capsys.readouterr().err
+    assert not [*tmp_path.glob("*")]
+
+
 def test_a_finished_run_is_recognised_and_another_refused(finished, capsys):
     command, archived, _ = finished
     again = [*command, *QUICK, "--budget", "0", "-o", str(archived)]
@@ -735,6 +755,8 @@ def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
         (["run", "a.nc", "--sphere-diameter", "5 um"], "the radius is half of the diameter"),
         (["run", "a.nc", "--radius", "3um", "--subregions", "many"], "such as 8 8 or 8x8, found 'many'"),
         (["run", "a.nc", "--radius", "3um", "--delta", "5 nN"], "argument --delta: "),
+        (["paper", "glass"], "unexpected glass: expected options alone; see"),
+        (["convert", "a.nc", "b.nc", "-o", "c.gsf"], "unexpected b.nc: expected FILE alone; see"),
     ],
 )
 def test_a_wrong_word_is_answered_with_the_right_one(arguments, says, capsys):

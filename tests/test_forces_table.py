@@ -2,11 +2,26 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import roughxr
 from roughxr.measured import open_pull_off
 
 TABLE = Path(__file__).parents[1] / "datasets" / "forces.csv"
+
+
+def test_values_an_empty_table_and_a_file_named_twice_are_no_forces(tmp_path):
+    table = tmp_path / "forces.csv"
+    table.write_text("force [nN]\n1\n2\n3\n")
+    with pytest.raises(roughxr.Refusal, match=r"path: expected each file once, found .*forces.csv twice"):
+        open_pull_off([table, table])
+    (tmp_path / "empty.csv").write_text("force [nN]\n")
+    with pytest.raises(roughxr.UnreadableScan, match=r"expected a table of forces.*a text without numbers, 'force"):
+        open_pull_off(tmp_path / "empty.csv")
+    for values in ([1.0, 2.0], np.array([1.0, 2.0])):
+        with pytest.raises(TypeError, match=r"expected a file, or several, found values .*xr.Dataset\("):
+            open_pull_off(values)
 
 
 def test_the_table_of_forces_is_read_with_its_places_and_the_tutorials_mean():

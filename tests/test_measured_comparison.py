@@ -78,7 +78,9 @@ def test_quantiles_stand_beside_one_another():
     assert "The distributions disagree: " in distributions
 
 
-@pytest.mark.parametrize(("ratio", "verdict"), [(0.4, "scatter less"), (1.0, "explains the"), (2.5, "scatter more")])
+@pytest.mark.parametrize(
+    ("ratio", "verdict"), [(0.4, "scatter less"), (1.0, "explains the scatter (ratio"), (2.5, "scatter more")]
+)
 def test_scatter_of_twenty_forces_is_judged_whatever_their_mean(ratio, verdict):
     """Of 200 draws in tests/benchmarks/scatter_verdict.py at least 95 %."""
     rng = np.random.default_rng(0)
@@ -92,8 +94,22 @@ def test_scatter_of_twenty_forces_is_judged_whatever_their_mean(ratio, verdict):
 
 
 def test_four_forces_do_not_decide_on_their_scatter():
-    compared = roughxr.compare(forces(field(0)), forces([9.0, 11.0, 15.0]), statistics=["mean"], resamples=99)
-    assert "too few independent forces are known to decide" in roughxr.answer(compared).sentence
+    for values in ([9.0, 11.0, 15.0], [30.0, 31.0, 35.0, 40.0]):
+        compared = roughxr.compare(forces(field(0)), forces(values), statistics=["mean"], resamples=99)
+        assert "too few independent forces are known to decide" in roughxr.answer(compared).sentence
+
+
+def test_a_force_that_is_repeated_has_no_scatter_to_explain():
+    compared = roughxr.compare(forces(field(0)), forces([30.0] * 12), statistics=["mean"], resamples=99)
+    assert "the measured forces are all the same" in roughxr.answer(compared).sentence
+
+
+def test_wrong_forces_and_estimates_are_refused():
+    predicted = forces(field(0)).assign_coords(sphere_radius=500.0)
+    with pytest.raises(roughxr.Refusal, match="extrapolation: expected a result of `extrapolated`, found Dataset"):
+        roughxr.compare(predicted, forces(field(1)), extrapolation=predicted)
+    with pytest.raises(roughxr.Refusal, match=r"predicted: expected forces of a pair of bodies.*exchange both"):
+        roughxr.compare(forces(field(1)), predicted)
 
 
 def test_relative_scatter_has_no_unit_and_an_interval_of_limits_too():

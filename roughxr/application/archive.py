@@ -92,6 +92,10 @@ def save(
     >>> xr.open_datatree(path)["scan/height"].values.tolist()
     [1.0, 2.0]
     """
+    values = getattr(groups, "values", dict)
+    if isinstance(groups, xr.Dataset) or not all(isinstance(ds, xr.Dataset) for ds in values()):
+        advice = "name each, as {'scan': scan}"
+        raise Refusal("groups", "Datasets by the names of their groups", type(groups).__name__, advice)
     return add(groups, Path(path), {"title": title}, onto=False)
 
 
@@ -186,7 +190,7 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     Parameters
     ----------
     path : path
-        A file that `save` wrote.
+        A file that `save` wrote, or the folder of a run.
 
     Returns
     -------
@@ -211,7 +215,7 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     >>> float(groups["solutions/direct"].force.sum())
     3.0
     """
-    path = Path(path)
+    path = run_archive(Path(path))
     if missing := root_attributes(path).get(UNFINISHED):
         warn(f"{path}: the run is not finished, {missing}; the same command continues it")
     with _damage_explained(path), open_locked_raw(path) as file:

@@ -9,6 +9,7 @@ import xarray as xr
 from ..files.storage import open_locked
 from ..mechanics.vocabulary import schema
 from ..mechanics.vocabulary.refusal import Refusal
+from ..mechanics.vocabulary.text import did_you_mean
 
 #: Folder of the samples in an installed package, and in a checkout.
 _FOLDERS = (Path(__file__).parents[1] / "datasets", Path(__file__).parents[2] / "datasets")
@@ -38,6 +39,10 @@ def open_sample(name: str = "glass") -> xr.Dataset:
     """
     samples = {path.stem: path for folder in _FOLDERS for path in folder.glob("*.nc")}
     if name not in samples:
-        raise Refusal("name", f"one of {', '.join(sorted(samples)) or '(none installed)'}", f"{name!r}")
+        raise Refusal(
+            "name",
+            f"one of {', '.join(sorted(samples)) or '(none installed)'}",
+            f"{name!r}{did_you_mean(name, samples)}",
+        )
     with open_locked(samples[name]) as ds:
         return schema.validate(ds.load().drop_encoding(), "scan")

@@ -22,7 +22,7 @@ AS_SCANNED = "The prediction is for the surface as scanned, without the roughnes
 #: Relative difference of two scatters that counts as none: errors of single predicted pull-offs change theirs as much.
 _EQUAL_SCATTER = 0.1
 
-#: Factor of scatters between which an interval must decide.
+#: Factor of scatters in both directions between which an interval must decide.
 _DECIDED_FACTOR = 2.0
 
 
@@ -46,12 +46,17 @@ def _scatter_in_words(compared: xr.Dataset) -> str:
     predicted, measured = (float(compared[f"{name}_{RELATIVE_STD}"]) for name in ("predicted", "measured"))
     ratio, low, high = (float(compared[f"{RELATIVE_STD}_ratio{end}"]) for end in ("", "_low", "_high"))
     scatter = f"Places alone scatter the forces by {percent(predicted)}, measured {percent(measured)}"
-    if not np.isfinite([ratio, low, high]).all() or (low < 1 / _DECIDED_FACTOR and high > _DECIDED_FACTOR):
-        return f"{scatter}: too few independent forces are known to decide whether roughness explains the scatter."
+    undecided = "too few independent forces are known to decide whether roughness explains the scatter"
+    if measured == 0:
+        return f"{scatter}: the measured forces are all the same, such as a single one that is repeated."
+    if not np.isfinite([ratio, low, high]).all():
+        return f"{scatter}: {undecided}."
     if high < 1 - _EQUAL_SCATTER:
         decided = "the measured forces scatter less than by roughness"
     elif low > 1 + _EQUAL_SCATTER:
         decided = "the measured forces scatter more than by roughness"
+    elif high > _DECIDED_FACTOR**2 * low:
+        return f"{scatter}: {undecided}."
     else:
         decided = "roughness explains the scatter"
     ratio_text, ends = value_and_interval(ratio, low, high, "")

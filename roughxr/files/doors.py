@@ -169,8 +169,10 @@ def refuse_replacement(path: Path, new: Path) -> None:
 
 
 def refuse_other_page(path: Path) -> None:
-    """Raise if a path is that of an existing file that is no page of this program."""
+    """Raise if a path is no page's name, or that of an existing file that is no page of this program."""
     _refuse_other_kind(path, _PAGE)
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise Refusal(path, "the name of a page, ending in .html", f"the ending {path.suffix!r}")
 
 
 def _refuse_other_kind(path: Path, kind: bytes) -> None:

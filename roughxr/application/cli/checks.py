@@ -53,6 +53,9 @@ def check(options: Namespace) -> None:
         files = _listed(given.get(name, []))
         if len(files) == 1:  # of several the others are read
             Path(files[0]).stat()
+    for name in ("output", "parameters", "picture"):
+        if given.get(name) == "":
+            raise Refusal(name, "the name of a file or folder", "an empty one")
     _check_output_names(options.command, given)
     if options.command == "running:run":
         _check_run(options)

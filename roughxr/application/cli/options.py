@@ -112,10 +112,13 @@ class Parser(argparse.ArgumentParser):
         if surplus:
             if surplus[0].startswith("-"):
                 self.error(f"unknown option {surplus[0]}")
-            before = " ".join(args[: args.index(surplus[0])][-2:])
+            before = args[: args.index(surplus[0])][-2:]
+            if not any(word.startswith("-") for word in before):
+                taken = [action.metavar or action.dest for action in self._actions if not action.option_strings]
+                self.error(f"unexpected {surplus[0]}: expected {' and '.join(map(str, taken)) or 'options'} alone")
             self.error(
-                f"unexpected {surplus[0]} after {before}: quote values that contain spaces, such as '3 um', and join "
-                "two bodies, as glass/silicon"
+                f"unexpected {surplus[0]} after {' '.join(before)}: quote values that contain spaces, such as '3 um', "
+                "and join two bodies, as glass/silicon"
             )
         return parsed, surplus
 

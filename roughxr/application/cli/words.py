@@ -108,7 +108,7 @@ def error_in_shell(error: BaseException, options: Namespace) -> str:
 def _flags(options: Namespace) -> dict[str, str]:
     """Return the options of a command by the names of functions' arguments."""
     flags = {name: "--" + name.replace("_", "-") for name in set(vars(options)) - _NO_OPTIONS}
-    for option, argument in (("fill", "method"), ("dem", "code")):
+    for option, argument in (("fill", "method"), ("dem", "code"), ("remove", "share")):
         if option in flags:
             flags.setdefault(argument, f"--{option}")
     return flags

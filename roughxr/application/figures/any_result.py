@@ -74,6 +74,11 @@ def plot(
     >>> roughxr.figures.plot(roughxr.open_sample("glass"), ax=Figure().subplots()).get_xlabel()
     'x [µm]'
     """
+    if not isinstance(ds, (xr.DataArray, xr.Dataset)):
+        advice = "a run's are in roughxr.archive.load(RUN)"
+        raise Refusal("", "a Dataset or DataArray, to be drawn", type(ds).__name__, advice)
+    if isinstance(ds, xr.Dataset) and not ds.data_vars:
+        raise Refusal("", "a Dataset with variables, to be drawn", "none")
     if isinstance(ds, xr.DataArray):
         return _array(ds, ax=ax, **options)
     if name is None and "pull_off_force" in ds and "contacts" in ds and ds["contacts"].dims == ("subregion",):

@@ -11,7 +11,14 @@ from numpy.typing import ArrayLike
 
 from ...mechanics import statistics
 from ...mechanics.statistics.laws import LAWS, fitted_law
-from ...mechanics.statistics.sampling import counted_equally, density_units, limits_in_words, sample_bounds
+from ...mechanics.statistics.sampling import (
+    counted_equally,
+    density_units,
+    limits_in_words,
+    map_samples,
+    sample_bounds,
+    sample_dimension,
+)
 from ...mechanics.statistics.uncertainty import density_intervals
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.numbers import quantity
@@ -77,6 +84,7 @@ def distribution(
     """
     import seaborn
 
+    sample_dimension(map_samples(ds, name), name)
     ax = axes(ax)
     if len(laws):
         ds = counted_equally(ds)

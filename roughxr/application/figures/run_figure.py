@@ -9,6 +9,7 @@ import xarray as xr
 
 from ...mechanics.statistics.sampling import at_first_preload, by_share
 from ...mechanics.vocabulary.numbers import bounds_in_words, number
+from ...mechanics.vocabulary.refusal import Refusal
 from ..headline import best_estimate
 from .contact_fields import field_map
 from .distributions import distribution
@@ -45,6 +46,8 @@ def overview(run: Mapping[str, xr.Dataset]):
     """
     from matplotlib.figure import Figure
 
+    if not isinstance(run, Mapping) or "scan" not in run:
+        raise Refusal("run", "the groups of a run, from roughxr.archive.load", type(run).__name__)
     figure = Figure(figsize=(PAGE * 1.25, PAGE * 0.36), layout="constrained")
     heights, pressure, pull_off = panels = figure.subplots(1, 3, width_ratios=[1, 1, 1.25])
     scan_map(run["scan"], subregions=run["solutions/direct"], ax=heights)

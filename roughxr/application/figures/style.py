@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from ...mechanics.vocabulary import schema
+from ...mechanics.vocabulary.calls import check_call
 from ...mechanics.vocabulary.numbers import SUPERSCRIPTS, number, prefixed
 from ...mechanics.vocabulary.refusal import Refusal
 
@@ -110,6 +111,7 @@ def styled(function: Callable) -> Callable:
     def draw(*arguments: Any, **options: Any):
         import matplotlib
 
+        check_call(function, arguments, options, function.__name__)
         options = {name: _in_table_units(value) for name, value in options.items()}
         settings: Any = matplotlib.rcParams  # rc_context would also reset a notebook's backend
         before = {name: settings[name] for name in SETTINGS}

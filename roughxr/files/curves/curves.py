@@ -14,7 +14,7 @@ from ...mechanics.vocabulary.units import Quantity, converts
 from ..images import recognition as files
 from ..images.channel import UnreadableScan, naming_file, refuse_stated
 from .curve_files import curve_kind, open_curve_file, read_curves
-from .force_tables import lengths, read_table
+from .force_tables import is_spreadsheet, lengths, read_table
 from .forces import Calibration, forces
 from .segments import approach_and_retraction
 
@@ -69,6 +69,9 @@ def open_curves(
     calibration = Calibration(units, sensitivity, spring_constant)
     kind = files.guarded(path, curve_kind, path, family, calibration)
     with naming_file(path):
+        if kind is None and family != "text" and not is_spreadsheet(path):
+            other_kind = "an image or another file"
+            raise UnreadableScan(path, "force-distance curves", other_kind, "heights are opened by roughxr.open_scan")
         if kind is None:
             ds = read_curve_table(path, piezo_units, calibration)
         elif piezo_units is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ import xarray as xr
 from ...mechanics.jobs.progress import subregion_bar
 from ...mechanics.statistics.sampling import AT_LEAST, AT_MOST, CONDITION, DETECTION, map_samples, sample_bounds
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.refusal import Refusal
+from ...mechanics.vocabulary.refusal import Refusal, WrongCall
 from ...mechanics.vocabulary.text import warn
 from ...mechanics.vocabulary.units import Quantities, Quantity, converts, factor
 from ..images import recognition as files
@@ -29,7 +30,7 @@ from ..images.channel import (
     only_one,
 )
 from ..images.force_curve_formats import without_second_waves
-from ..images.plain import decoded, gwyddion_header
+from ..images.plain import decoded, gwyddion_header, text_without_numbers
 from .curve_files import calibration, curve_kind, open_curve_file, read_curves
 from .curves import read_curve_table
 from .force_curves import curves_pull_off
@@ -121,7 +122,11 @@ def open_pull_off(
     calibration = Calibration(units, sensitivity, spring_constant, pulls)
     image = _Selection(channel, scan_direction, size)
     given = [path] if isinstance(path, (str, os.PathLike)) else path
+    _refuse_values(given)
     paths = without_second_waves([files.regular_file(file) for file in given])
+    resolved = [file.resolve() for file in paths]
+    if doubled := [file for k, file in enumerate(paths) if resolved[k] in resolved[:k]]:
+        raise Refusal("path", "each file once", f"{doubled[0]} twice", "leave it out")
     datasets = []
     for file in paths:
         with naming_file(file):
@@ -129,6 +134,14 @@ def open_pull_off(
     ds = _concatenated(paths, datasets)
     options = {**image._asdict(), **calibration._asdict(), "place_units": place_units, "baseline": baseline}
     return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **options)
+
+
+def _refuse_values(given: Any) -> None:
+    """Raise for forces in place of the files that contain them."""
+    is_table = not isinstance(given, (list, tuple, set, map, filter)) and hasattr(given, "__array__")
+    if is_table or any(isinstance(value, Real) for value in given):
+        made = "xr.Dataset({'pull_off_force': ('subregion', forces, {'units': 'nN'})})"
+        raise WrongCall("path", "a file, or several", f"values in a {type(given).__name__}", f"for forces make {made}")
 
 
 def _concatenated(paths: Sequence[Path], datasets: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -168,6 +181,9 @@ def _read_file(
     if is_spreadsheet(path):
         return _with_source(path, _read_force_table(path, image, place_units, calibration, baseline))
     family, read = files.reader_of(path)
+    if family == "vendor" and (line := text_without_numbers(path)):
+        expected = "a table of forces with names above its columns, an adhesion image, or force curves"
+        raise UnreadableScan(path, expected, f"a text without numbers, {line!r}")
     kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, calibration)
     if family == "netcdf" and kind is None:
         raise UnreadableScan(path, "a table or an AFM file", "NetCDF", "write its pull-off forces as a table, .csv")

@@ -18,7 +18,7 @@ from ...mechanics.scans.plausibility import missing_mark
 from ...mechanics.vocabulary.refusal import Refusal, shown
 from ...mechanics.vocabulary.schema import SMALLEST_LENGTH
 from ...mechanics.vocabulary.text import printable
-from ...mechanics.vocabulary.units import converts, factor
+from ...mechanics.vocabulary.units import converts, factor, is_whole
 from . import reader_process
 
 #: Names of images in lengths that are not heights of the surface: of the lever, or derived from a force curve.
@@ -244,7 +244,9 @@ def channels_named(channels: list[Channel], channel: str | int | None) -> list[C
     if isinstance(channel, str):
         exact = [image for image in channels if image.name in (channel, channel.lstrip("/"))]
         return exact or [image for image in channels if _stem(image.name) == _stem(channel)]
-    return [channels[channel]] if 0 <= int(channel) < len(channels) else []
+    if not is_whole(channel):
+        raise Refusal("channel", "a name or a whole number", shown(channel))
+    return [channels[channel]] if 0 <= channel < len(channels) else []
 
 
 def channels_in_direction(channels: list[Channel], direction: str | None) -> list[Channel]:

@@ -70,6 +70,14 @@ def has_digit(path: Path) -> bool:
     return bool(re.search(rb"\d", first_bytes(path, _HEADING_BYTES)))
 
 
+def text_without_numbers(path: Path) -> str:
+    """Return the first line of a text without a digit near its beginning; nothing for any other file."""
+    head = first_bytes(path, 512)
+    if not is_text(head) or has_digit(path):
+        return ""
+    return decoded(head).strip().partition("\n")[0][:60]
+
+
 def text_channels(path: Path) -> list[Channel]:
     """Return the one image of a text."""
     refuse_not_read(path)

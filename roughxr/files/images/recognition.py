@@ -20,7 +20,7 @@ import xarray as xr
 
 from ...mechanics.scans.plausibility import ImplausibleScan, doubts, size_doubts
 from ...mechanics.vocabulary.provenance import flat
-from ...mechanics.vocabulary.refusal import Refusal
+from ...mechanics.vocabulary.refusal import Refusal, WrongCall
 from ...mechanics.vocabulary.schema import history, label, pixel, record, validate
 from ...mechanics.vocabulary.text import warn
 from ...mechanics.vocabulary.units import factor, magnitude
@@ -54,7 +54,11 @@ def regular_file(path: Any) -> Path:
     try:
         path = Path(path)
     except TypeError:
-        raise TypeError(f"expected the path of a file, found {type(path).__name__}") from None
+        if isinstance(path, (list, tuple)):
+            raise WrongCall(
+                "path", "one file", f"{len(path)} in a {type(path).__name__}", "open each in turn"
+            ) from None
+        raise WrongCall("path", "the name of a file", type(path).__name__) from None
     try:
         refuse_other_files(path)
         if not first_bytes(path, 1):

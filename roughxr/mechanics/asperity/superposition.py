@@ -12,9 +12,11 @@ from ..jobs import spread
 from ..jobs.records import Layout, labelled
 from ..kernels.asperity import contact_sums as sums
 from ..scans import regions
+from ..specimen import ask_about_depth
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
-from ..vocabulary.text import warn
+from ..vocabulary.numbers import number
+from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Places, Quantities
 from .asperity_sum import DEFAULT, Asperities, Summands, SumOptions, exact_pull_offs, law_attributes, read_summands
 from .catalogue import DoubtfulAsperities
@@ -133,6 +135,9 @@ def superpose(
         )
     if schema.is_coated(ds) and adheres:
         need_small_contacts(ds, summands.median_contact)
+    if delta is not None and not lazy:
+        largest = float(schema.ascending(delta, "nm", "delta")[-1])
+        ask_about_depth(largest, summands.options.radius, ds["height"].values)
     centres = [tuple(point) for point in regions.points(positions).tolist()]
     deltas = _default_sweep(summands, centres) if delta is None else schema.ascending(delta, "nm", "delta")
     events = _EVENTS | (_PULL_OFF if adheres else {})
@@ -149,7 +154,19 @@ def superpose(
         out = _without_wide_contacts(out, largest_contact(ds))
     if adheres and not lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
+    if delta is not None and not lazy and not adheres:  # else the pull-off is a result, whatever the displacements
+        _warn_if_untouched(out)
     return out
+
+
+def _warn_if_untouched(out: xr.Dataset) -> None:
+    """Warn if no place has a contact at any displacement: zero forces are easily misread."""
+    if not bool((out["contacts"] > 0).any()):
+        warn(
+            f"delta: nothing touches down to {number(out['delta'][-1], 'nm')} below the highest point of the scan: all "
+            "forces are 0; leave delta= out, so that every place is touched",
+            IncompleteResult,
+        )
 
 
 def _without_wide_contacts(ds: xr.Dataset, limit: float) -> xr.Dataset:

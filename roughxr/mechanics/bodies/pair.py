@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.refusal import Refusal
+from ..vocabulary.refusal import Refusal, shown
 from ..vocabulary.text import RoughxrWarning, warn
 from ..vocabulary.units import Quantities, Quantity, carries_units, in_units, plain, positive, single
 from . import liquid as liquids
@@ -495,7 +495,7 @@ def _radius(stated: Any, ds: xr.Dataset) -> float:
 def _plausible(value: float, quantity: str, stated: Any, name: str = "") -> float:
     """Return a value; raise if no body can have it, warn if it is improbable."""
     possible = _RANGES[quantity]
-    sentence = f"{name or quantity}: {stated!r} is {value:.4g} {possible.units}"
+    sentence = f"{name or quantity}: {shown(stated)} is {value:.4g} {possible.units}"
     sentence += f" of {quantity}" if name not in ("", quantity) else ""
     advice = (
         f"{possible.known}; plain numbers are in {possible.units}, other units are written as in '3 um' or '70e9 Pa'"
@@ -504,7 +504,7 @@ def _plausible(value: float, quantity: str, stated: Any, name: str = "") -> floa
         raise Refusal(
             name or quantity,
             f"{possible.least:g} to {possible.greatest:g} {possible.units}, as bodies have",
-            f"{value:.4g} {possible.units} by {stated!r}",
+            f"{value:.4g} {possible.units} by {shown(stated)}",
             advice,
         )
     if not possible.low <= value <= possible.high:
@@ -528,7 +528,8 @@ def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
         heights: xr.DataArray = schema.validate(indenter, "scan")["height"].reset_coords(drop=True)
         return _facing(heights.copy(data=schema.finite(heights.values)))
     if not isinstance(indenter, xr.DataArray) or set(indenter.dims) != {"x", "y"}:
-        raise Refusal("indenter", "a scan, or a DataArray of heights with dimensions ('x', 'y')")
+        expected = "a scan, or a DataArray of heights with dimensions ('x', 'y')"
+        raise Refusal("indenter", expected, type(indenter).__name__, "open a file by roughxr.open_scan")
     heights = schema.entered(indenter)
     heights = heights.copy(data=in_units(heights.variable, "nm", "indenter").data).assign_attrs(units="nm")
     for axis in ("x", "y"):

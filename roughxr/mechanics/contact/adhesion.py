@@ -45,7 +45,7 @@ from .cycle import LEAST_RADIUS, MOST_CELLS
 from .edge_front import seconds_on_cells, with_front
 from .mesh import FRONT, Mesh, UnresolvedContact, read_mesh
 from .pressing import is_range, settling_changes
-from .problem import Problem, ask_about_depth, read_problem
+from .problem import Problem, check_depth, read_problem
 from .solving import solve
 
 #: Processor time (s) of a place on cells, of which a warning tells before it is spent.
@@ -178,7 +178,7 @@ def _solution(
     delta = [settling_depth(specimen, adhesion)] if by_preload else delta
     problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
     if not by_preload:
-        ask_about_depth(specimen, problem)
+        check_depth(specimen, problem)
     adhesion = with_front(problem, adhesion, is_automatic=law == AUTO and mesh.cells == "auto", fields=fields)
     need_resolved_law(adhesion, problem)
     reach = window_half_width(specimen, problem, adhesion)

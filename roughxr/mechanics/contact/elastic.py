@@ -17,7 +17,7 @@ from ..specimen import Specimen, need_wide_scan, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Places, Quantities
-from .problem import Place, Problem, Surface, ask_about_depth, deepest, read_problem, surface_at
+from .problem import Place, Problem, Surface, check_depth, deepest, read_problem, surface_at
 from .solving import put_fields, solve, state_fields
 
 _STATES = {
@@ -126,7 +126,7 @@ def direct(
     need_wide_scan(specimen.heights, specimen.sides, specimen.pair.sphere_radius)
     positions = specimen.centres(subregions)
     problem = read_problem(specimen, positions, delta=delta, load=load, datum=datum)
-    ask_about_depth(specimen, problem)
+    check_depth(specimen, problem)
     axes = {"load" if problem.by_load else "delta": problem.steps}
     out = solve(
         _sweep,

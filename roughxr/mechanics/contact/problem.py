@@ -12,11 +12,9 @@ from ..kernels.halfspace.layered import Film
 from ..kernels.halfspace.working_set import slack_of
 from ..kernels.topography.interpolation import band_limited, splined
 from ..scans import regions
-from ..specimen import Indenter, Specimen
+from ..specimen import Indenter, Specimen, ask_about_depth
 from ..vocabulary import schema
-from ..vocabulary.numbers import number
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities
 
 #: The number of default displacements.
@@ -101,16 +99,10 @@ def read_problem(
     )
 
 
-def ask_about_depth(specimen: Specimen, problem: Problem) -> None:
-    """Warn where the largest displacement exceeds a tenth of the sphere's radius and the range of heights."""
-    radius = specimen.pair.sphere_radius
-    largest = 0.0 if problem.by_load or specimen.lazy else float(problem.steps[-1])
-    if largest and largest > radius / 10 + float(np.ptp(specimen.heights)):
-        stated = number(largest, "nm")
-        warn(
-            f"delta: {stated} is more than a tenth of the sphere's radius, {number(radius, 'nm')}: is this intended? "
-            "(contacts are computed as on half spaces; plain numbers are in nm)"
-        )
+def check_depth(specimen: Specimen, problem: Problem) -> None:
+    """Warn where the largest displacement is improbable."""
+    if not problem.by_load and not specimen.lazy:
+        ask_about_depth(float(problem.steps[-1]), specimen.pair.sphere_radius, specimen.heights)
 
 
 def default_datum(specimen: Specimen) -> str:

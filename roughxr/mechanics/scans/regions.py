@@ -63,6 +63,9 @@ def centres_of(ds: xr.Dataset, subregions: Places) -> xr.Dataset:
         subregions = ds if "subregion_x" in ds.coords else (1, 1)
     if isinstance(subregions, xr.Dataset):
         places: xr.Dataset = schema.entered(subregions)
+        if "subregion_x" not in places or "subregion_y" not in places:
+            names = ", ".join(map(str, places.variables))
+            raise Refusal("subregions", "a Dataset with subregion_x and subregion_y", names, "take one from `resting`")
         if places["subregion_x"].size == 0:
             raise Refusal("subregions", "at least one contact centre", "none")
         subregions = places

@@ -111,6 +111,9 @@ def compare(
     Measured over predicted mean: 1.56 (95 % interval 1.49 … 1.63).
     """
     predicted, measured = schema.entered(predicted), schema.entered(measured)
+    _refuse_exchanged(predicted, measured)
+    if extrapolation is not None and not set(BEST_ESTIMATE) <= set(getattr(extrapolation, "data_vars", ())):
+        raise Refusal("extrapolation", "a result of `extrapolated`", type(extrapolation).__name__ + " without its mean")
     both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
     out = _statistics((predicted, measured), list(statistics), resamples).merge(
         _scatter((predicted, measured), resamples)
@@ -133,6 +136,14 @@ def compare(
     out.attrs |= {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
     out.attrs["missing"] = "NaN where a value is not positive"
     return out
+
+
+def _refuse_exchanged(predicted: Any, measured: Any) -> None:
+    """Raise where only the second forces are those of a pair of bodies: the ratio would be the inverse."""
+    if not (isinstance(predicted, xr.Dataset) and isinstance(measured, xr.Dataset)):
+        return
+    if "sphere_radius" in measured.coords and not schema.pair_coordinates(predicted):
+        raise Refusal("predicted", "forces of a pair of bodies", "those of measured= alone", "exchange both")
 
 
 def _samples(ds: xr.Dataset, words: str) -> Samples:

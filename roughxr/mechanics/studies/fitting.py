@@ -16,11 +16,12 @@ from ..bodies.pair_record import read_pair
 from ..contact.adhesion import adhesive
 from ..statistics.sampling import limits_in_words, refuse_conditions, samples
 from ..vocabulary import schema
+from ..vocabulary.calls import check_call
 from ..vocabulary.error_sources import UNSEEN
-from ..vocabulary.numbers import percent, quantity, with_interval
+from ..vocabulary.numbers import number, percent, quantity, with_interval
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
-from ..vocabulary.units import Places, fraction
+from ..vocabulary.units import Places, fraction, single
 from .likelihood import CHANGE, Fitted, Predicted, fit_mean
 
 #: Methods that predict pull-offs, and their default numbers of places.
@@ -116,8 +117,8 @@ def fit_pair(
     extrapolation = schema.entered(extrapolation)
     schema.one_of(method, tuple(METHODS), "method")
     fraction(confidence, "confidence")
-    if not 0 <= force_std < 1:
-        raise Refusal("force_std", "a relative error from 0 to below 1", f"{force_std!r}")
+    force_std = single(force_std, "1", "force_std", "a relative error from 0 to below 1", lambda part: 0 <= part < 1)
+    check_call(METHODS[method][0], (ds,), options, f"{__package__}.fit_pair")
     read_pair(ds, "contact_modulus", "work_of_adhesion", dry=True)
     refuse_conditions(measured, "measured")
     forces = samples(measured, "pull_off_force", quiet=True)
@@ -151,7 +152,8 @@ def fit_pair(
         out.attrs["law_of_measured"] = "log-normal, with censoring"
     limits = _limits(fitted, float(out["modulus_trade"]), ds, extrapolation is not None, method)
     best = with_interval(fitted.value, fitted.low, fitted.high, "J/m²", name=f"{percent(confidence)} interval")
-    opening = f"Work of adhesion at which predicted and measured pull-offs agree: {best}."
+    is_found = np.isfinite([fitted.value, fitted.high]).any()
+    opening = f"Work of adhesion at which predicted and measured pull-offs agree: {best if is_found else 'none'}."
     out.attrs |= {"not_identifiable": limits, "sentence": f"{opening}\nLimits of the fit: {limits}."}
     return schema.label(out)
 
@@ -227,16 +229,20 @@ def _limits(fitted: Fitted, power: float, ds: xr.Dataset, extrapolated: bool, me
     """Return sentences on the limits of the fit."""
     # largest exponent of the contact modulus for a fit that hardly depends on it
     separable = "only weakly" if abs(power) < 0.1 else "so that the fit cannot separate the two"
-    modulus = f"contact modulus {float(ds['contact_modulus']):g} GPa"
-    notes = [
-        f"w depends on the assumed {modulus} to the power {abs(power) if abs(power) < 5e-3 else power:.2f}, {separable}"
-    ]
+    modulus = f"contact modulus {number(ds['contact_modulus'], 'GPa')}"
+    notes = []
+    if np.isfinite(power):
+        power_in_words = f"{abs(power) if abs(power) < 5e-3 else power:.2f}"
+        notes += [f"w depends on the assumed {modulus} to the power {power_in_words}, {separable}"]
     notes += ["the range of adhesion is the assumed one"]
     covered = f"{fitted.values[0]:.3g} to {fitted.values[-1]:.3g}"
     if fitted.low == 0:
         notes += ["fewer than three forces are measured, the others are limits: only the upper end is fitted"]
     elif np.isnan(fitted.value):
-        notes += [f"the best value is at the end of the range tried, {covered}: start nearer to it, or check the pair"]
+        notes += [
+            f"the best value is at the end of the range tried, {covered} J/m²: check the units of the measured forces "
+            "and the pair, or start nearer to it"
+        ]
     elif np.isnan(fitted.low) or np.isnan(fitted.high):
         notes += [f"the interval reaches beyond the values that could be solved, {covered}"]
     if fitted.left_out:

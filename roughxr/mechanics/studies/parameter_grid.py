@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
+from inspect import ismethod
 from typing import Any
 
 import xarray as xr
@@ -11,7 +12,7 @@ import xarray as xr
 from ..bodies import liquid
 from ..bodies import pair as materials
 from ..vocabulary import schema
-from ..vocabulary.refusal import Refusal
+from ..vocabulary.refusal import Refusal, shown
 from ..vocabulary.units import Quantities
 
 #: Options of xarray to join results along the varied parameters.
@@ -73,6 +74,7 @@ def vary(
     {'contact_modulus': 2, 'work_of_adhesion': 2, 'subregion': 1, 'delta': 1}
     """
     ds = schema.entered_dataset(ds)
+    _need_function(solve)
     indenter = schema.entered(indenter)
     varied = {
         "sphere_radius": sphere_radius,
@@ -100,6 +102,15 @@ def vary(
         )
         recorded["indenter"] = (schema.history(indenter)[-1:] or [{"arguments": "given"}])[0]["arguments"]
     return schema.record(schema.label(out), "vary", parts[0], **recorded)
+
+
+def _need_function(solve: Any) -> None:
+    """Raise where ``solve`` is the name or the result of a function, or a verb of one Dataset."""
+    if not callable(solve):
+        given = shown(solve) if isinstance(solve, str) else f"a {type(solve).__name__}"
+        raise Refusal("solve", "a function, such as roughxr.adhesive without brackets", given)
+    if ismethod(solve) and hasattr(solve, "__wrapped__"):
+        raise Refusal("solve", "a function of any Dataset", "a verb of one Dataset", f"take roughxr.{solve.__name__}")
 
 
 def _need_possible(ds: xr.Dataset, axes: dict[str, list[float]], options: dict[str, Any]) -> None:

@@ -97,6 +97,7 @@ def plain(value: Any, units: str, name: str) -> Any:
         return [plain(item, units, name) for item in value]
     if isinstance(value, (Real, np.ndarray, list, tuple, range)):
         return value
+    stated = value
     try:
         if isinstance(value, str):
             value = _quantity(value, units)
@@ -107,7 +108,8 @@ def plain(value: Any, units: str, name: str) -> Any:
         if hasattr(value, "magnitude") and hasattr(value, "units"):
             return value.magnitude * factor(f"{value.units}", units)
     except Refusal as error:
-        raise Refusal(name, error.expected, error.found, error.advice) from None
+        shown_input = error.found if not isinstance(stated, str) or stated in error.found else shown(stated)
+        raise Refusal(name, error.expected, shown_input, error.advice) from None
     except Exception as error:
         raise Refusal(name, f"a quantity such as '3 {units}'", f"{value!r} ({error})") from None
     return value
@@ -119,7 +121,8 @@ def _quantity(text: str, units: str) -> Any:
         raise Refusal("", "a decimal point", f"a comma in {text!r}")
     number = _NUMBER.match(text)
     if not number:
-        raise Refusal("", f"a number with its units such as '3 {units}'", f"{text!r}")
+        expected = "a number, or per cent as '90 %'" if units == "1" else f"a number with its units such as '3 {units}'"
+        raise Refusal("", expected, f"{text!r}")
     return _registry().Quantity(float(number[0]), _registry().parse_units(text[number.end() :]))
 
 
@@ -151,7 +154,8 @@ def whole_number(value: Any, name: str, *, least: int, most: int | None = None) 
 
 def fraction(value: Any, name: str) -> float:
     """Return ``value`` as a float; raise unless it lies between 0 and 1."""
-    return single(value, "1", name, "a number between 0 and 1", lambda number: 0 < number < 1)
+    words = "a number between 0 and 1, such as 0.9 or '90 %'"
+    return single(value, "1", name, words, lambda number: 0 < number < 1)
 
 
 def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
