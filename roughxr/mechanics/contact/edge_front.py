@@ -171,9 +171,15 @@ class Cycle(NamedTuple):
         return self.loading[-1]
 
     @property
+    def until_pull_off(self) -> list[front.State]:
+        """The states up to that of the largest tension."""
+        forces = [state.force for state in (self.turn, *self.retraction)]
+        return self.loading + self.retraction[: int(np.argmin(forces))]
+
+    @property
     def pull_off(self) -> front.State:
         """The state of the largest tension."""
-        return min([self.turn, *self.retraction], key=lambda state: state.force)
+        return self.until_pull_off[-1]
 
 
 class FrontCycles(NamedTuple):
@@ -199,8 +205,11 @@ class FrontCycles(NamedTuple):
 
     @property
     def is_valid(self) -> bool:
-        """Whether the edges of all cycles are so near to circles that the perturbation holds."""
-        states = [state for cycle in self.cycles for state in (cycle.turn, cycle.pull_off)]
+        """Whether edges are so near to circles, in all states up to the pull-offs, that the perturbation holds.
+
+        An edge that once was farther from a circle may have jumped to another state than the perturbation's.
+        """
+        states = [state for cycle in self.cycles for state in cycle.until_pull_off]
         spread = max(float(state.radius.std() / state.radius.mean()) for state in states)
         return spread <= _LARGEST_SPREAD and max(state.second_order for state in states) <= _LARGEST_SECOND_ORDER
 
