@@ -669,16 +669,26 @@ def test_a_scan_stays_synthetic_through_what_prepares_it(tmp_path):
         assert schema.is_synthetic(prepared), schema.history(prepared)[-1]
 
 
-def test_a_sentence_is_printed_if_its_values_are_known_and_every_field_is_one():
-    """Of alternatives the first of which all are; a misspelt name would silently leave its sentence out."""
-    entries = {"total": ["{mean:nN} ± {error:%}{places}", "{mean:nN}{places}"], "places": " at {count} places"}
+def test_a_sentence_is_printed_if_its_values_are_known():
+    """Of alternatives the first of which all are."""
+    entries = {"total": ["{mean:nN} ± {error:%}{places}", "{mean:nN}{places}"], "places": " at {count:+} places"}
     values = {"mean": 1234.0, "error": np.nan, "count": 9}
     assert _Sentences(entries, values).render("total") == "1.23 µN at 9 places"
-    assert _Sentences(entries, values | {"error": 0.25, "count": None}).render("total") == "1.23 µN ± 25 %"
-    assert _Sentences(entries, {"count": 0}).render("total") == ""
-    answer = _entries("answer.toml")
-    texts = [text for entry in answer.values() for text in ([entry] if isinstance(entry, str) else entry)]
+    assert _Sentences(entries, values | {"error": 0.25, "count": 0}).render("total") == "1.23 µN ± 25 %"
+    assert _Sentences(entries, {"count": 3}).render("total") == ""
+
+
+@pytest.mark.parametrize(
+    ("file", "modules"),
+    [
+        ("answer.toml", (application.headline, means, application.report.summary)),
+        ("cautions.toml", (application.report.caveats,)),
+    ],
+)
+def test_fields_of_sentences_are_values_of_their_module(file, modules):
+    """A misspelt one would silently leave its sentence out."""
+    entries = _entries(file)
+    texts = [text for entry in entries.values() for text in ([entry] if isinstance(entry, str) else entry)]
     fields = {name for text in texts for _, name, _, _ in Formatter().parse(text) if name}
-    modules = (application.headline, means, application.report.summary)
     source = " ".join([*SCALARS, *map(inspect.getsource, modules)])
-    assert not {name for name in fields - set(answer) if name.removesuffix("_from").removesuffix("_to") not in source}
+    assert not {name for name in fields - set(entries) if name.removesuffix("_from").removesuffix("_to") not in source}

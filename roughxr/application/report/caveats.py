@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,14 +17,28 @@ from ...mechanics.statistics import smooth_pull_off
 from ...mechanics.statistics.means import mesh_error
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.error_sources import TIP_RADIUS
-from ...mechanics.vocabulary.numbers import number, percent
+from ..wording import render_sentence
 from .run_numbers import METHOD_WORDS, debris_flags
 from .summary import BUDGET
 
 Run = Mapping[str, xr.Dataset]
 
+#: A sentence of `cautions.toml` by its name, and the values of its fields.
+Caution = tuple[str, dict[str, Any]]
+
+_FILE = "cautions.toml"
+
 #: Share of unresolved contacts or asperities from which a caution is given.
 _UNRESOLVED_SHARE = 0.05
+
+#: Relative error of the mean pull-off by mesh and step above which a caution is given.
+_LARGE_ERROR = 0.1
+
+#: Share of the force above the hardness above which a caution is given.
+_YIELDED_SHARE = 0.005
+
+#: Radius of contacts at pull-off, in pixels, below which a caution is given.
+_FEW_PIXELS = 2.0
 
 
 def cautions(run: Run) -> list[str]:
@@ -36,140 +51,122 @@ def cautions(run: Run) -> list[str]:
     'The scan is synthetic: ...'
     """
     run = {name: schema.entered(ds) for name, ds in run.items()}
-    return [sentence for find in _FINDERS for sentence in find(run)]
+    return _sentences_of(caution for find in _FINDERS for caution in find(run))
 
 
 def superposition_notes(run: Run) -> list[str]:
     """Return the reliability of the superposed pull-off, and the number of places where it exceeds its upper bound."""
+    return _sentences_of(_superposed(run))
+
+
+def _sentences_of(entries: Iterable[Caution]) -> list[str]:
+    """Return the sentences of cautions, without those of which a value is not known."""
+    return list(filter(None, (render_sentence(_FILE, name, values) for name, values in entries)))
+
+
+def _superposed(run: Run) -> Iterator[Caution]:
+    """Yield what is expected of superposed asperities, and the number of places where they exceed a smooth flat."""
     ds = run.get("solutions/energy", xr.Dataset())
-    if "expectation" not in ds.attrs:
-        return []
-    sentence = f"Superposed asperities: {ds.attrs['expectation']}."
-    if "pull_off_force" in ds and (above := int((ds["pull_off_force"] > smooth_pull_off(ds)).sum())):
-        sentence += f" At {above} of {ds.sizes['subregion']} places their sum exceeds the pull-off from a smooth flat."
-    return [sentence]
+    values = {"expectation": ds.attrs.get("expectation"), "places": ds.sizes.get("subregion")}
+    if "pull_off_force" in ds:
+        values["places_above"] = int((ds["pull_off_force"] > smooth_pull_off(ds)).sum())
+    yield "superposed", values
 
 
-def _scan_doubts(run: Run) -> Iterator[str]:
+def _scan_doubts(run: Run) -> Iterator[Caution]:
     """Yield doubts about the scan, and the number of places with debris."""
-    if "scan" in run and schema.is_synthetic(run["scan"]):
-        yield "The scan is synthetic: generated from a random seed, not measured."
-    for doubt in doubts(run["scan"]) if "scan" in run else ():
-        yield f"About the scan: {doubt}."
+    if "scan" in run:
+        yield "synthetic", {"is_synthetic": schema.is_synthetic(run["scan"])}
+        for doubt in doubts(run["scan"]):
+            yield "doubt", {"doubt_of_scan": str(doubt)}
     flags = debris_flags(run)
-    if flags is not None and flags.any():
-        area = f"{percent(flags['debris_share'])} of the area"
-        yield f"{int(flags.sum())} of {flags.size} places are on debris, which the sphere touches first on {area}."
+    if flags is not None:
+        count = int(flags.sum())
+        yield "debris", {"places_on_debris": count, "places": flags.size, "share": flags.coords.get("debris_share")}
 
 
-def _elastic(run: Run) -> Iterator[str]:
+def _elastic(run: Run) -> Iterator[Caution]:
     """Yield cautions on a single place, on bodies that do not touch, and on contacts of too few pixels."""
     if "solutions/direct" not in run:
         return
     direct = run["solutions/direct"]
-    if direct.sizes["subregion"] == 1:
-        yield "Only one place was computed: the scatter between places is not known."
-    if not bool((direct["force"] > 0).any()):
-        yield "Nothing touches at any displacement of the direct simulation: use larger displacements."
+    yield "one_place", {"is_one": direct.sizes["subregion"] == 1}
+    yield "no_touch", {"touches_nowhere": not bool((direct["force"] > 0).any())}
     if "scan" in run and "contact_area" in direct:
         area = direct["contact_area"].isel(delta=-1).values
         cell = float(np.prod(schema.pixel(run["scan"])))
         share = np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
-        if share >= _UNRESOLVED_SHARE:
-            yield (
-                f"In {percent(share)} of the elastic contacts fewer than ten pixels touch at the largest displacement: "
-                "too few to resolve them."
-            )
+        yield "few_pixels", {"share_of_contacts": share if share >= _UNRESOLVED_SHARE else None}
 
 
-def _solved(run: Run) -> Iterator[str]:
+def _solved(run: Run) -> Iterator[Caution]:
     """Yield cautions on solutions that violate a contact condition, end too early, or need a finer mesh."""
     for name, ds in run.items():
         kind, _, method = name.partition("/")
-        title = METHOD_WORDS.get(method, method).capitalize()
+        values: dict[str, Any] = {"method": METHOD_WORDS.get(method, method).capitalize()}
         if kind == "solutions" and method in SOLVED and "converged" in ds:
-            conditions = certificate(ds)
-            missed = ~(conditions.met | conditions.check.isin(["mesh", "truncated"]))
-            if missed.any():
-                rows = conditions.isel(check=missed.values)
-                violations = "; ".join(
-                    f"{check}: {violation:.2g} of at most {limit:.2g}"
-                    for check, violation, limit in zip(
-                        rows["check"].values, rows["violation"].values, rows["limit"].values
-                    )
-                )
-                yield f"{title}: conditions of the contact are violated: {violations}."
+            yield "violated", {**values, "violations": _violations(ds)}
         if name in ("solutions/direct", "solutions/energy") and "truncated" in ds:
             flags = ds["truncated"].astype(bool)
-            if places := int(flags.any([dim for dim in flags.dims if dim == "delta"]).sum()):
-                where = f"at {places} of {flags.sizes['subregion']} places"
-                yield f"{title}: {where} the contact reaches the scan's edge, and the force is too low."
+            places = int(flags.any([dim for dim in flags.dims if dim == "delta"]).sum())
+            yield "edge", {**values, "places_at_edge": places, "places": flags.sizes["subregion"]}
         if kind == "statistics" and "bracketed" in ds:
             adheres = ds["pull_off_force"].notnull()
-            if bad := int((adheres & ~ds["bracketed"].astype(bool)).sum()):
-                yield f"{title}: at {bad} of {adheres.size} places the sweep ends before the largest adhesion force."
-            if none := int((~adheres).sum()):
-                where = f"at {none} of {adheres.size} places"
-                yield f"{title}: {where} the sphere does not adhere; the statistics omit them."
+            values["places"] = adheres.size
+            values["places_beyond"] = int((adheres & ~ds["bracketed"].astype(bool)).sum())
+            values["places_without"] = int((~adheres).sum())
+            yield "sweep_ends", values
+            yield "no_adhesion", values
     error = mesh_error(run["statistics/adhesive"]) if "statistics/adhesive" in run else np.nan
-    # relative error of the mean pull-off by mesh and step above which a caution is given
-    if error > 0.1:
-        remedy = "law 'jkr' solves its places on cells" if _is_by_front(run) else "use a finer mesh"
-        yield f"The numerical error of the mean pull-off is {percent(error)}: {remedy}."
+    yield "mesh", {"large_error": error if error > _LARGE_ERROR else None, "by_front": _is_by_front(run)}
 
 
-def _settling(run: Run) -> Iterator[str]:
+def _violations(solved: xr.Dataset) -> str:
+    """Return the conditions of the contact that a solution violates, with the violation of each and its limit."""
+    conditions = certificate(solved)
+    missed = ~(conditions.met | conditions.check.isin(["mesh", "truncated"]))
+    rows = conditions.isel(check=missed.values)
+    columns = zip(rows["check"].values.tolist(), rows["violation"].values, rows["limit"].values)
+    return "; ".join(f"{check}: {violation:.2g} of at most {limit:.2g}" for check, violation, limit in columns)
+
+
+def _settling(run: Run) -> Iterator[Caution]:
     """Yield a caution on places whose pull-off depends on how hard the sphere was pressed."""
-    if "statistics/adhesive" not in run or "pressed_pull_off_force" not in run["statistics/adhesive"]:
-        return
-    pull = run["statistics/adhesive"]
-    depends = is_range(pull["pull_off_force"].values, pull["pressed_pull_off_force"].values)
-    if ranges := int(depends.sum()):
-        yield (
-            f"At {ranges} of {depends.size} places the pull-off depends on how hard the sphere was pressed: it is a "
-            "range from pull_off_force to pressed_pull_off_force. State a preload."
-        )
+    pull = run.get("statistics/adhesive", xr.Dataset())
+    if "pressed_pull_off_force" in pull:
+        depends = is_range(pull["pull_off_force"].values, pull["pressed_pull_off_force"].values)
+        yield "ranges", {"places_with_range": int(depends.sum()), "places": depends.size}
 
 
-def _yielding(run: Run) -> Iterator[str]:
+def _yielding(run: Run) -> Iterator[Caution]:
     """Yield cautions on pressures above the hardness, and on results that ignore yield."""
-    solved = {
-        "solutions/direct": "in the direct simulation at its largest displacement",
-        "solutions/adhesive": "in the simulation with adhesion at its preload",
+    names = ("solutions/direct", "solutions/adhesive")
+    groups = {name: run[name] for name in names if "yielded_fraction" in run.get(name, ())}
+    if not groups:
+        return
+    shares = [render_sentence(_FILE, "above_hardness", _above_hardness(ds, name)) for name, ds in groups.items()]
+    bodies = next(iter(groups.values())).coords
+    values = {
+        "shares": "; ".join(filter(None, shares)),
+        "hardness": bodies.get("hardness"),
+        "limit": bodies.get("hardness", bodies.get("hardness_estimate")),
+        "is_plastic": any("plastic_work" in ds for ds in run.values()),
     }
-    groups = {name: run[name] for name in solved if name in run and "yielded_fraction" in run[name]}
-    shares = [share for name, ds in groups.items() if (share := _share_above_hardness(ds, solved[name]))]
-    is_plastic = any("plastic_work" in ds for ds in run.values())
-    if shares:
-        bodies = next(iter(groups.values())).coords
-        above = "; ".join(shares)
-        label = "hardness" if "hardness" in bodies else "estimated hardness"
-        limit = number(bodies.get("hardness", bodies.get("hardness_estimate")), "GPa")
-        if is_plastic:
-            yield f"The softer body yields at its hardness, {limit}: {above}."
-        else:
-            yield f"Summits may yield above the {label} of {limit}: {above}. State a hardness to include this."
-    if groups and is_plastic:
-        yield "Superposition and rigid bodies in this run do not include yield: they stay elastic or rigid."
+    yield "yielding", values
+    yield "elastic_methods", values
 
 
-def _share_above_hardness(ds: xr.Dataset, where: str) -> str:
-    """Return the shares of area and force at the hardness and above, in words; empty for a small share."""
+def _above_hardness(ds: xr.Dataset, name: str) -> dict[str, Any]:
+    """Return the shares of area and force at the hardness and above; no force for a small share."""
     last = ds.isel(delta=-1) if "delta" in ds["yielded_fraction"].dims else ds
     force, area = (float(last[f"yielded{part}_fraction"].mean()) for part in ("", "_area"))
-    # share of the force above the hardness above which a caution is given
-    if not force > 0.005:
-        return ""
-    return f"{where}, {percent(area)} of the contact area with {percent(force)} of the force"
+    is_direct = name == "solutions/direct"
+    return {"force": force if force > _YIELDED_SHARE else None, "area": area, "at_largest_displacement": is_direct}
 
 
-def _left_out(run: Run) -> Iterator[str]:
+def _left_out(run: Run) -> Iterator[Caution]:
     """Yield what a run omits because a layer covers the surface."""
-    if "solutions/adhesive" in run and schema.is_coated(run["scan"]):
-        yield (
-            "Left out, since they hold for half spaces without a layer: superposed asperities and the choice of a "
-            "model."
-        )
+    yield "layer", {"is_coated": "solutions/adhesive" in run and schema.is_coated(run["scan"])}
 
 
 def _is_by_front(run: Run) -> bool:
@@ -177,45 +174,30 @@ def _is_by_front(run: Run) -> bool:
     return "solutions/adhesive" in run and run["solutions/adhesive"].attrs.get("mesh") == FRONT
 
 
-def _by_front(run: Run) -> Iterator[str]:
+def _by_front(run: Run) -> Iterator[Caution]:
     """Yield what a run leaves out whose contacts are followed by their front."""
-    if not _is_by_front(run):
-        return
-    yield (
-        "The contact at each place is one region, followed by its edge, since cells would be too many. Left out: "
-        "fields, force over displacement, and moments that resist rolling."
-    )
-    complete = run["solutions/adhesive"]["complete"].astype(bool)
-    if lost := int((~complete).sum()):
-        yield (
-            f"{lost} of {complete.size} places have no valid front (more than one contact, or one too far from a "
-            "circle): the statistics omit them, and law 'jkr' solves them on cells."
-        )
+    if _is_by_front(run):
+        complete = run["solutions/adhesive"]["complete"].astype(bool)
+        yield "front", {"by_front": True}
+        yield "no_front", {"places_without_front": int((~complete).sum()), "places": complete.size}
 
 
-def _resolution(run: Run) -> Iterator[str]:
+def _resolution(run: Run) -> Iterator[Caution]:
     """Yield cautions on contacts smaller than two pixels, and on asperities sharper than the tip."""
     solved = run.get("solutions/adhesive", xr.Dataset())
     if "pull_off_resolution" in solved:
         pixels = float((solved["pull_off_resolution"] / solved["mesh"].clip(1)).median())
-        if pixels < 2:
-            yield (
-                f"At pull-off the smallest relevant contact has a radius of {number(pixels, digits=2)} pixels (median "
-                "place): the pull-off depends on the surface within a pixel, which the scan does not show."
-            )
+        yield "resolution", {"few_pixels_of_radius": pixels if pixels < _FEW_PIXELS else None}
     if BUDGET not in run or "asperities" not in run or schema.is_synthetic(run["scan"]):
         return
     sharp = float(tip_flags(run["asperities"], tip_radius=TIP_RADIUS)["sharper_than_tip"].mean())
     tip_error = run[BUDGET]["relative_std"].sel(entry="tip radius")  # unknown for a scan that no such tip has made
     if sharp >= _UNRESOLVED_SHARE and bool(tip_error.notnull()):
-        yield (
-            f"{percent(sharp)} of the asperities are sharper than a tip of {TIP_RADIUS:g} nm radius can "
-            "image. If the tip of the scan was as blunt, the surface is rougher than the scan, and adheres less."
-        )
+        yield "tip", {"share_sharper": sharp, "tip_radius": TIP_RADIUS}
 
 
 #: The functions that yield cautions, in the order of the page.
-_FINDERS: tuple[Callable[[Run], Iterable[str]], ...] = (
+_FINDERS: tuple[Callable[[Run], Iterable[Caution]], ...] = (
     _scan_doubts,
     _elastic,
     _solved,
@@ -224,5 +206,5 @@ _FINDERS: tuple[Callable[[Run], Iterable[str]], ...] = (
     _by_front,
     _resolution,
     _left_out,
-    superposition_notes,
+    _superposed,
 )

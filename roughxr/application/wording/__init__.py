@@ -21,8 +21,10 @@ _FORMATS: dict[str, Callable[[Any], str]] = {
     "%": percent,
     "nN": quantity,
     "nm": lambda value: number(value, "nm", 2),
+    "GPa": lambda value: number(value, "GPa"),
     "2": lambda value: number(value, digits=2),
     "~": significant,
+    "+": number,
     "?": lambda value: "",
 }
 
@@ -64,7 +66,11 @@ class _Sentences(Formatter):
         return value
 
     def format_field(self, value: Any, format_spec: str) -> str:
-        return value if isinstance(value, str) and not format_spec else _FORMATS[format_spec](value)
+        if isinstance(value, str) and not format_spec:
+            return value
+        if format_spec == "+" and not value > 0:
+            raise _Unknown(value)
+        return _FORMATS[format_spec](value)
 
 
 @cache
@@ -72,10 +78,14 @@ def _entries(file: str) -> dict[str, Any]:
     return tomllib.loads(files(__package__).joinpath(file).read_text(encoding="utf-8"))
 
 
+def render_sentence(file: str, name: str, values: Mapping[str, Any]) -> str:
+    """Return an entry of a file with values in its fields, empty if one of them is not known."""
+    return _Sentences(_entries(file), values).render(name)
+
+
 def render_sentences(file: str, names: Iterable[str], values: Mapping[str, Any]) -> list[str]:
     """Return entries of a file with values in their fields, without those of which a value is not known."""
-    rendered = _Sentences(_entries(file), values)
-    return list(filter(None, map(rendered.render, names)))
+    return list(filter(None, (render_sentence(file, name, values) for name in names)))
 
 
 def table_of_words(name: str) -> list[list[str]]:
