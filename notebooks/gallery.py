@@ -59,7 +59,7 @@ PICTURES = {
     "Map of superposed pull-offs": Picture(
         "scan.contact.pull_off_map(subregions=(16, 16)).contact.plot()",
         "Pull-off force of superposed asperities by place, computed in milliseconds.",
-        "It ranks places; single forces differ from the simulation, as the attribute `expectation` states.",
+        "It ranks places; single forces differ from the simulation, as its `expected_ratio` states.",
     ),
     "Contact area over load": Picture(
         "scan.contact.direct(load=[10, 100, 1000], subregions=(4, 4)).contact.plot()",

@@ -59,7 +59,8 @@ def test_a_fit_with_what_the_scan_does_not_show():
     for end in ("low", "high"):  # as forces, which the exponent gives near the fitted work only
         unsure, sure = (change_of_force(scan, fitted, end) for fitted in (more, halved))
         assert unsure == pytest.approx(np.hypot(sure, np.log(3.0)), rel=0.15)
-    assert "is not included" in bare.not_identifiable and "is included" in more.not_identifiable
+    assert "scan is not included" in roughxr.answer(bare).sentence
+    assert "scan is included" in roughxr.answer(more).sentence
     for wrong in (unseen.assign(roughness_factor=np.nan), xr.Dataset()):
         with pytest.raises(ValueError, match="extrapolation: expected a result of `extrapolated`"):
             scan.contact.fit_pair(pulls, extrapolation=wrong, **how)

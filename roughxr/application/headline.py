@@ -10,6 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from ..mechanics.bodies.pair_record import read_pair
+from ..mechanics.contact.estimates import automatic_law
 from ..mechanics.statistics.means import (
     INTERVAL,
     PRESSED,
@@ -18,9 +19,9 @@ from ..mechanics.statistics.means import (
     scalar_values,
     with_units,
 )
-from ..mechanics.statistics.uncertainty import FEWEST_SAMPLES, not_shown
+from ..mechanics.statistics.uncertainty import FEWEST_SAMPLES, missed_share
 from ..mechanics.vocabulary import schema
-from ..mechanics.vocabulary.adhesion_laws import SHORT_RANGE
+from ..mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, SHORT_RANGE
 from ..mechanics.vocabulary.error_sources import (
     ERROR_SOURCES,
     HALF_WIDTH,
@@ -42,7 +43,7 @@ from ..mechanics.vocabulary.numbers import (
     value_and_interval,
     with_interval,
 )
-from .sentences import comparison_sentence, recommendation
+from .sentences import comparison_sentence, fit_sentence, recommendation
 from .wording import render_sentences
 
 
@@ -85,7 +86,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     """
     ds = schema.entered_dataset(ds, "result")
     if "quantile_distance" in ds:  # of `fit_pair`
-        return ds
+        return ds.assign_attrs(sentence=fit_sentence(ds))
     if "distribution_distance" in ds:  # of `compare`
         return ds.assign_attrs(sentence=comparison_sentence(ds))
     if "recommended" in ds.coords:  # of `regime`
@@ -244,13 +245,16 @@ def _places(summary: xr.Dataset, values: Mapping[str, float]) -> dict[str, Any]:
     is_solved = np.isnan(values["debris_share"]) and "measured" not in summary.attrs
     has_interval = np.isfinite(values["low"]) and np.isfinite(values["independent_places"])
     if has_interval and is_solved and values["places"] < FEWEST_SAMPLES:
-        record["not_shown"] = not_shown(int(values["places"]), values["independent_places"])
+        record["missed_share"] = missed_share(values["independent_places"])
     return record
 
 
 def _limits(summary: xr.Dataset, values: Mapping[str, float]) -> dict[str, Any]:
     """Return a large known bias, and a mean above that of a smooth flat with Tabor's parameter of these bodies."""
-    record: dict[str, Any] = {"on_cells": "by_front" not in summary.attrs}
+    record: dict[str, Any] = {"on_cells": "by_front" not in summary.attrs, "short_range": SHORT_RANGE}
+    if "switching_tabor" in summary.attrs:
+        law = automatic_law(summary.attrs["switching_tabor"])
+        record |= {"switching_law": law, "rival_law": ADHESION_LAWS[law].rival}
     bias = summary.attrs.get("known_bias", 0.0)
     if abs(bias) > _LARGE_BIAS:
         record |= {"large_bias": abs(bias), "unbiased": values["pull_off_force"] * (1 - bias)}

@@ -9,7 +9,7 @@ from ..mechanics.bodies.liquid import menisci_of
 from ..mechanics.statistics.censoring import RELATIVE_STD
 from ..mechanics.statistics.means import estimated_mean
 from ..mechanics.studies.extrapolation import TESTED
-from ..mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, SHORT_RANGE
+from ..mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, JKR, SHORT_RANGE
 from ..mechanics.vocabulary.error_sources import ERROR_SOURCES, MEASURED, ONE_SCAN, PLACES, UNSEEN, UNSEEN_WORDS
 from ..mechanics.vocabulary.numbers import is_too_wide, number, percent, quantity, value_and_interval, with_interval
 
@@ -24,6 +24,9 @@ _EQUAL_SCATTER = 0.1
 
 #: Factor of scatters in both directions between which an interval must decide.
 _DECIDED_FACTOR = 2.0
+
+#: Range of measured over predicted spread that the surface explains.
+_EXPLAINED_SPREAD = 0.7, 1.4
 
 
 def comparison_sentence(compared: xr.Dataset) -> str:
@@ -173,3 +176,67 @@ def estimate_notes(estimate: xr.Dataset) -> list[str]:
     if all(name in (PLACES, UNSEEN) or ERROR_SOURCES[name].is_of_scan for name in estimate["entry"].values):
         assumed += " The errors of the pair are not included."
     return [known, assumed]
+
+
+def fit_sentence(fit: xr.Dataset) -> str:
+    """Return the result of `fit_pair` and its limits, a line each."""
+    work, low, high = (float(fit[f"fitted_work_{name}"]) for name in ("of_adhesion", "low", "high"))
+    best = with_interval(work, low, high, "J/m²", name=f"{percent(fit.attrs['confidence'])} interval")
+    is_found = np.isfinite([work, high]).any()
+    opening = f"Work of adhesion at which predicted and measured pull-offs agree: {best if is_found else 'none'}."
+    return f"{opening}\nLimits of the fit: {'; '.join(_fit_limits(fit, work, low, high))}."
+
+
+def _fit_limits(fit: xr.Dataset, work: float, low: float, high: float) -> list[str]:
+    """Return the limits of a fit with this work of adhesion and its interval (J/m²)."""
+    power = float(fit["modulus_trade"])
+    # largest exponent of the contact modulus for a fit that hardly depends on it
+    separable = "only weakly" if abs(power) < 0.1 else "so that the fit cannot separate the two"
+    modulus = f"contact modulus {number(fit.attrs['contact_modulus'], 'GPa')}"
+    shown_power = abs(power) if abs(power) < 5e-3 else power
+    notes = []
+    if np.isfinite(power):
+        notes += [f"w depends on the assumed {modulus} to the power {shown_power:.2f}, {separable}"]
+    notes += ["the range of adhesion is the assumed one"]
+    solved = fit["trial_work_of_adhesion"].values
+    covered = f"{solved[0]:.3g} to {solved[-1]:.3g}"
+    if low == 0:
+        notes += ["fewer than three forces are measured, the others are limits: only the upper end is fitted"]
+    elif np.isnan(work):
+        notes += [
+            f"the best value is at the end of the range tried, {covered} J/m²: check the units of the measured forces "
+            "and the pair, or start nearer to it"
+        ]
+    elif np.isnan(low) or np.isnan(high):
+        notes += [f"the interval reaches beyond the values that could be solved, {covered}"]
+    left_out = np.atleast_1d(fit.attrs.get("left_out", []))
+    if left_out.size:
+        notes += [f"left out, since it could not be solved: {', '.join(f'{value:.3g}' for value in left_out)}"]
+    spread = float(fit["spread_ratio"])
+    if np.isfinite(spread) and not _EXPLAINED_SPREAD[0] < spread < _EXPLAINED_SPREAD[1]:
+        predicted = "superposed asperities" if fit.attrs["method"] == "superposed" else "the simulation"
+        notes += [f"the measured spread is {spread:.2g} times that by {predicted}, which no work of adhesion explains"]
+    is_included = bool(fit.attrs["extrapolated"])
+    finer = "roughness finer than the scan is"
+    return [*notes, f"{finer} included" if is_included else f"{finer} not included (extrapolation=)"]
+
+
+def expectation_words(summed: xr.Dataset) -> str:
+    """Return the ratio of superposed pull-offs to those of the simulation, or why it is unknown."""
+    expected = summed.attrs
+    if "expected_low" in expected:
+        tested = (
+            "in 19 of 20 means over four places and at 9 of 10 single places of self-affine surfaces without debris"
+        )
+        return (
+            f"{expected['expected_ratio']:.2g} times the pull-off of the simulation with adhesion, "
+            f"{expected['expected_low']:g} … {expected['expected_high']:g} {tested}"
+        )
+    formulas = expected["formulation"] if expected["law"] == JKR else expected["law"]
+    reason = {
+        "law": f"the ratio was measured for the corrected formulas, not for {formulas!r}",
+        "patch": "the patch does not follow the shortest wavelength; use asperities(patch='auto')",
+        "pixels": f"the shortest wavelength of the scan spans {expected.get('wavelength_pixels', np.nan):.2g} pixels, "
+        "too few to resolve its summits",
+    }[expected["unknown_by"]]
+    return f"the ratio to the simulation with adhesion is not known: {reason}"

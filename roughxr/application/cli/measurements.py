@@ -34,7 +34,7 @@ from .. import tables as exports
 from ..figures.curve_panels import MOST_CURVES, doubtful_curves
 from ..headline import best_estimate
 from ..report.summary import PLACES, with_few_digits
-from ..sentences import AS_SCANNED, comparison_sentence
+from ..sentences import AS_SCANNED, comparison_sentence, fit_sentence
 from ..wording import names_in_words
 from . import words
 from .file_commands import image_options, print_attributes, save_picture
@@ -220,7 +220,7 @@ def fit_to_run(options: Namespace) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnresolvedContact)  # the mesh is the run's, which stated its error
         fit = fit_pair(groups["scan"], measured, extrapolation=estimate, force_std=options.force_std, **how)
-    print(fit.attrs["sentence"])
+    print(fit_sentence(fit))
     if options.picture:
         save_picture(figures.plot(fit).figure, options.picture)
     if np.isfinite(fit["fitted_work_of_adhesion"]):

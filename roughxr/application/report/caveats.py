@@ -17,6 +17,7 @@ from ...mechanics.statistics import smooth_pull_off
 from ...mechanics.statistics.means import mesh_error
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.error_sources import TIP_RADIUS
+from ..sentences import expectation_words
 from ..wording import render_sentence
 from .run_numbers import METHOD_WORDS, debris_flags
 from .summary import BUDGET
@@ -67,7 +68,9 @@ def _sentences_of(entries: Iterable[Caution]) -> list[str]:
 def _superposed(run: Run) -> Iterator[Caution]:
     """Yield what is expected of superposed asperities, and the number of places where they exceed a smooth flat."""
     ds = run.get("solutions/energy", xr.Dataset())
-    values = {"expectation": ds.attrs.get("expectation"), "places": ds.sizes.get("subregion")}
+    if not {"expected_ratio", "unknown_by"} & set(ds.attrs):
+        return
+    values = {"expectation": expectation_words(ds), "places": ds.sizes.get("subregion")}
     if "pull_off_force" in ds:
         values["places_above"] = int((ds["pull_off_force"] > smooth_pull_off(ds)).sum())
     yield "superposed", values

@@ -27,20 +27,18 @@ LOW = 0.3
 HIGH = 1.4
 
 
-def expectation(catalogue: xr.Dataset, law: str) -> str:
-    """Return in words the expected pull-off from these asperities over that of `adhesive`, or why it is unknown."""
-    unknown = ""
+def expectation(catalogue: xr.Dataset, law: str) -> dict[str, float | str]:
+    """Return, as attributes, the expected pull-off from these asperities over that of `adhesive`, or why it is unknown.
+
+    ``unknown_by`` is "law", "patch" or "pixels", of which the shortest wavelength has ``wavelength_pixels``.
+    """
     if law not in ("energy", "self_similar"):
-        unknown = f"the ratio was measured for the corrected formulas, not for {law!r}"
-    elif "shortest_wavelength" not in catalogue.coords:
-        unknown = "the patch does not follow the shortest wavelength; use asperities(patch='auto')"
-    elif not (pixels := float(catalogue["shortest_wavelength"] / catalogue["pixel"])) >= RESOLVED:
-        unknown = f"the shortest wavelength of the scan spans {pixels:.2g} pixels, too few to resolve its summits"
-    if unknown:
-        return f"the ratio to the simulation with adhesion is not known: {unknown}"
-    times = f"{RATIO:.2g} times the pull-off of the simulation with adhesion"
-    tested = "in 19 of 20 means over four places and at 9 of 10 single places of self-affine surfaces without debris"
-    return f"{times}, {LOW:g} … {HIGH:g} {tested}"
+        return {"unknown_by": "law"}
+    if "shortest_wavelength" not in catalogue.coords:
+        return {"unknown_by": "patch"}
+    if not (pixels := float(catalogue["shortest_wavelength"] / catalogue["pixel"])) >= RESOLVED:
+        return {"unknown_by": "pixels", "wavelength_pixels": pixels}
+    return {"expected_ratio": RATIO, "expected_low": LOW, "expected_high": HIGH}
 
 
 def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> None:

@@ -46,7 +46,7 @@ def pull_off_map(
         ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm), NaN without adhesion; ``contacts``,
         the number of asperities in contact at pull-off, and ``truncated``, whether any of them is at the scan's edge.
         Along (x, y) of the scan for every pixel, along ``subregion`` otherwise. Lazy if the scan is a dask array. The
-        attribute ``expectation`` states the ratio to the pull-off of `adhesive`, of means and of single places.
+        attribute ``expected_ratio`` is that to the pull-off of `adhesive`, as in `superpose`.
 
     Raises
     ------
@@ -82,8 +82,7 @@ def pull_off_map(
     out = xr.Dataset({name: (list(places.sizes), records[name].reshape(shape)) for name in PULL_OFF.fields or ()})
     out = out.assign_coords({**places.coords, **schema.pair_coordinates(ds)})
     out.attrs = {"datum": "highest_peak", "method": "superpose", **law_attributes(law, DEFAULT, options)}
-    out.attrs |= {"missing": "NaN where nothing adheres"}
-    out.attrs["expectation"] = expectation(summands.catalogue, options.law)
+    out.attrs |= {"missing": "NaN where nothing adheres"} | expectation(summands.catalogue, options.law)
     out = spread.finish(schema.label(out))
     if not summands.lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)

@@ -86,8 +86,8 @@ def superpose(
         ``contacts``, of those larger than the patch of their paraboloid, and of those that overlap one of their eight
         nearest neighbours, which superposition does not describe; ``truncated``, if an asperity at the scan's edge is
         in contact; ``excluded_asperities``, the number of saddles. With adhesion also the exact ``pull_off_force`` and
-        ``pull_off_delta`` of `pull_off_map`, and the attribute ``expectation``, the expected ratio to the pull-off of
-        `adhesive`, of means and of single places. Lazy if the scan is a dask array.
+        ``pull_off_delta`` of `pull_off_map`, and as attributes the ``expected_ratio`` to the pull-off of `adhesive`,
+        with ``expected_low`` and ``expected_high``, or by what it is unknown. Lazy if the scan is a dask array.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def superpose(
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     out.attrs = {"datum": "highest_peak", "method": "superpose", **law_attributes(law, formulation, options)}
     if adheres:
-        out.attrs["expectation"] = expectation(summands.catalogue, options.law)
+        out.attrs |= expectation(summands.catalogue, options.law)
     out = spread.finish(out)
     if schema.is_coated(ds):
         out = _without_wide_contacts(out, largest_contact(ds))

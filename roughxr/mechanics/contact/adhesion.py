@@ -31,13 +31,13 @@ from ..vocabulary.units import Places, Quantities, Quantity
 from .adhesion_on_cells import NO_DIRECTIONS, Adhesion, resolving_cell
 from .adhesive_options import (
     chosen_law,
-    law_choice,
     need_few_cells,
     need_resolved_law,
     preload_problem,
     read_adhesion,
     read_preloads,
     settling_depth,
+    switching_tabor,
     window_half_width,
 )
 from .adhesive_record import cycle_layout, cycle_record
@@ -200,8 +200,8 @@ def _solution(
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
     if by_preload and "preload" not in out.dims:
         out.attrs["preload"] = float(adhesion.preloads[0])
-    if law == AUTO and (choice := law_choice(specimen)):
-        out.attrs["law_choice"] = choice
+    if law == AUTO and np.isfinite(tabor := switching_tabor(specimen)):
+        out.attrs["switching_tabor"] = tabor
     out = spread.finish(out)
     if not specimen.lazy:
         _warn(out, adhesion, problem)

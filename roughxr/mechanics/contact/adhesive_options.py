@@ -17,7 +17,6 @@ from ..bodies.pair_record import Pair
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO, EXPONENTIAL, JKR, SHORT_RANGE, read_law
-from ..vocabulary.numbers import number
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import whole_number
 from .adhesion_on_cells import Adhesion, interaction_range, largest_cell
@@ -113,19 +112,13 @@ def chosen_law(specimen: Specimen, law: str) -> str:
     return automatic_law(parameter, yields=pair.yields, humid=pair.menisci is not None)
 
 
-def law_choice(specimen: Specimen) -> str:
-    """Return the law that "auto" takes and its reason, where a factor of 2 in Tabor's parameter changes it; else ""."""
+def switching_tabor(specimen: Specimen) -> float:
+    """Return Tabor's parameter by which "auto" chooses the law, where a factor of 2 changes the law; else NaN."""
     pair = specimen.pair
     if pair.menisci is not None or pair.yields or not pair.solid_work > 0:
-        return ""
+        return np.nan
     parameter = _tabor_parameter(specimen)
-    if not SHORT_RANGE / 2 <= parameter <= 2 * SHORT_RANGE:
-        return ""
-    name = automatic_law(parameter)
-    return (
-        f"The law is {name!r} by Tabor's parameter, {number(parameter, digits=2)}, and "
-        f"{ADHESION_LAWS[name].rival!r} on the other side of {SHORT_RANGE:g}: state one law to compare pairs."
-    )
+    return parameter if SHORT_RANGE / 2 <= parameter <= 2 * SHORT_RANGE else np.nan
 
 
 def pair_law(pair: Pair, law: str) -> dict[str, Any]:

@@ -60,7 +60,7 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     if ends := pressed_means(pull):
         scalars |= dict(zip(PRESSED, ends))
     out = with_units(xr.Dataset(scalars, coords=schema.pair_coordinates(pull)))
-    out.attrs |= limits | {name: pull.attrs[name] for name in ("law_choice",) if name in pull.attrs}
+    out.attrs |= limits | {name: pull.attrs[name] for name in ("switching_tabor",) if name in pull.attrs}
     if "measured" in pull.attrs:
         out.attrs["measured"] = pull.attrs["measured"]
     if pull.attrs.get("mesh") == FRONT:

@@ -22,7 +22,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import number, percent, quantity
+from ..vocabulary.numbers import number, quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import fraction
 from .censoring import (
@@ -106,7 +106,7 @@ def bootstrap(
         Along ``statistic``: ``estimate``, ``low`` and ``high``, in the variable's units. ``independent_places`` is the
         effective sample size. Below ``fewest``, the ends of all intervals are NaN, and the attribute ``no_interval``
         states why. Samples without places count as independent. Values alone do not show debris that they have missed:
-        the attribute ``not_shown`` states on which share of the surface it can lie.
+        the attribute ``missed_share`` is the share of the surface on which it can lie.
 
         Pull-off forces may be known by limits, ``pull_off_at_most`` or ``pull_off_at_least`` of `curves_pull_off`. Then
         ``low`` and ``high`` hold wherever each lies between 0 and its limit. ``estimate`` is that of a likelihood with
@@ -200,7 +200,7 @@ def bootstrap(
             f"too few independent places for an interval: {of}; take a larger grid or a larger scan"
         )
     if sample_dimension(map_samples(ds, name), name) == "subregion" and "debris_share" not in ds.coords:
-        out.attrs["not_shown"] = not_shown(sample.values.size, count, 1 - confidence)
+        out.attrs["missed_share"] = missed_share(count, 1 - confidence)
     return schema.label(out)
 
 
@@ -241,10 +241,9 @@ def _with_likelihood(out: xr.Dataset, likelihood: CensoredEstimates, sample: Sam
     return out.assign_attrs(limits=limits, law=likelihood.law or "none: fewer than three forces are measured")
 
 
-def not_shown(places: int, independent: float, risk: float = 0.05) -> str:
-    """Return a sentence on debris that places may have missed with a probability ``risk``."""
-    share = percent(1 - risk ** (1 / independent))
-    return f"Debris on less than {share} of the surface may be missed by {places} places; the interval excludes it."
+def missed_share(independent: float, risk: float = 0.05) -> float:
+    """Return the share of the surface with debris that so many independent places may miss with a probability."""
+    return 1 - risk ** (1 / independent)
 
 
 def _bootstrap_along(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:

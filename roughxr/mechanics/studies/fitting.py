@@ -18,7 +18,7 @@ from ..statistics.sampling import limits_in_words, refuse_conditions, samples
 from ..vocabulary import schema
 from ..vocabulary.calls import check_call
 from ..vocabulary.error_sources import UNSEEN
-from ..vocabulary.numbers import number, percent, quantity, with_interval
+from ..vocabulary.numbers import quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, fraction, single
@@ -29,9 +29,6 @@ METHODS: dict[str, tuple[Callable[..., xr.Dataset], tuple[int, int]]] = {
     "adhesive": (adhesive, (4, 4)),
     "superposed": (pull_off_map, (8, 8)),
 }
-
-#: Range of measured over predicted spread that the surface explains.
-_EXPLAINED_SPREAD = 0.7, 1.4
 
 #: Standard deviation of ln(superposed / simulated pull-off) from surface to surface: 90 % lie between `expectation`'s.
 _SUPERPOSITION_ERROR = float(np.log(expectation.HIGH / expectation.LOW)) / (2 * 1.645)
@@ -81,8 +78,9 @@ def fit_pair(
         NaN beyond the values that could be solved. These lie along ``trial_work_of_adhesion`` with
         ``quantile_distance``, 0 if all quantiles from 5 to 95 % agree. ``spread_ratio``, 1 if the surface explains the
         measured spread (NaN if some forces are limits); ``force_exponent``, d ln force / d ln w; ``modulus_trade``, d
-        ln w / d ln of the contact modulus. The attribute ``not_identifiable`` states in words the limits of the fit,
-        ``sentence`` its result.
+        ln w / d ln of the contact modulus. The attributes state the assumed ``contact_modulus`` (GPa), works that
+        could not be solved (``left_out``), and whether finer roughness is included (``extrapolated``); `answer` states
+        result and limits in words.
 
     Raises
     ------
@@ -150,11 +148,9 @@ def fit_pair(
     if forces.bounds is not None:
         out.attrs["limits"] = limits_in_words(forces.bounds, quantity)
         out.attrs["law_of_measured"] = "log-normal, with censoring"
-    limits = _limits(fitted, float(out["modulus_trade"]), ds, extrapolation is not None, method)
-    best = with_interval(fitted.value, fitted.low, fitted.high, "J/m²", name=f"{percent(confidence)} interval")
-    is_found = np.isfinite([fitted.value, fitted.high]).any()
-    opening = f"Work of adhesion at which predicted and measured pull-offs agree: {best if is_found else 'none'}."
-    out.attrs |= {"not_identifiable": limits, "sentence": f"{opening}\nLimits of the fit: {limits}."}
+    if fitted.left_out:
+        out.attrs["left_out"] = list(fitted.left_out)
+    out.attrs |= {"contact_modulus": float(ds["contact_modulus"]), "extrapolated": int(extrapolation is not None)}
     return schema.label(out)
 
 
@@ -223,33 +219,3 @@ def _modulus_trade(fitted: Fitted, predict: _Prediction) -> float:
     """Return d ln w / d ln of the contact modulus, at equal forces."""
     moved = np.log(predict(fitted.value, CHANGE).forces.values).mean() - fitted.mean
     return float(-moved / np.log(CHANGE) / fitted.exponent) if fitted.exponent else np.nan
-
-
-def _limits(fitted: Fitted, power: float, ds: xr.Dataset, extrapolated: bool, method: str) -> str:
-    """Return sentences on the limits of the fit."""
-    # largest exponent of the contact modulus for a fit that hardly depends on it
-    separable = "only weakly" if abs(power) < 0.1 else "so that the fit cannot separate the two"
-    modulus = f"contact modulus {number(ds['contact_modulus'], 'GPa')}"
-    notes = []
-    if np.isfinite(power):
-        power_in_words = f"{abs(power) if abs(power) < 5e-3 else power:.2f}"
-        notes += [f"w depends on the assumed {modulus} to the power {power_in_words}, {separable}"]
-    notes += ["the range of adhesion is the assumed one"]
-    covered = f"{fitted.values[0]:.3g} to {fitted.values[-1]:.3g}"
-    if fitted.low == 0:
-        notes += ["fewer than three forces are measured, the others are limits: only the upper end is fitted"]
-    elif np.isnan(fitted.value):
-        notes += [
-            f"the best value is at the end of the range tried, {covered} J/m²: check the units of the measured forces "
-            "and the pair, or start nearer to it"
-        ]
-    elif np.isnan(fitted.low) or np.isnan(fitted.high):
-        notes += [f"the interval reaches beyond the values that could be solved, {covered}"]
-    if fitted.left_out:
-        notes += [f"left out, since it could not be solved: {', '.join(f'{value:.3g}' for value in fitted.left_out)}"]
-    if np.isfinite(fitted.spread_ratio) and not _EXPLAINED_SPREAD[0] < fitted.spread_ratio < _EXPLAINED_SPREAD[1]:
-        ratio = f"{fitted.spread_ratio:.2g}"
-        predicted = "superposed asperities" if method == "superposed" else "the simulation"
-        notes += [f"the measured spread is {ratio} times that by {predicted}, which no work of adhesion explains"]
-    notes += [f"roughness finer than the scan is {'' if extrapolated else 'not '}included"]
-    return "; ".join(notes) + ("" if extrapolated else " (extrapolation=)")
