@@ -60,9 +60,9 @@ def _nt_mdt(head: bytes, given: Calibration) -> str | None:
 def open_curve_file(path: Path, kind: str, given: Calibration) -> CurveFile:
     """Return a file of curves without reading its samples; raise if the calibration is unknown."""
     stated = _stated(path, kind, given)
-    answer = _ask_reader(path, kind, {})
+    answer = _reader_answer(path, kind, {})
     used = {name: stated[name] for name in _needed(path, kind, answer, stated)}
-    answer = _ask_reader(path, kind, used) if used else answer
+    answer = _reader_answer(path, kind, used) if used else answer
     curves = answer["curves"]
     if not curves:
         raise UnreadableScan(path, "force-distance curves", "none")
@@ -105,7 +105,7 @@ def _needed(path: Path, kind: str, answer: dict[str, Any], stated: dict[str, flo
     return needed
 
 
-def _ask_reader(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
+def _reader_answer(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
     if kind in exported_curves.READERS:
         return guarded(path, exported_curves.read, path, kind, known, **which)
     texts = {name: words for name, words in TEXTS.items() if name not in exported_curves.READERS}
@@ -117,7 +117,7 @@ def _ask_reader(path: Path, kind: str, known: dict[str, float], **which: int) ->
 def read_curves(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:
     """Return curves of a file, in the form of `open_curves`."""
     curves = file.curves[first:last]
-    samples = _ask_reader(file.path, file.kind, file.known, first=first, last=first + len(curves))["samples"]
+    samples = _reader_answer(file.path, file.kind, file.known, first=first, last=first + len(curves))["samples"]
     branches = [_branches(**curve) for curve in samples]
     size = max((curve[0].size for both in branches for curve in both if curve is not None), default=0)
     values = np.full((2, len(branches), 2, size), np.nan)

@@ -195,7 +195,7 @@ def _read_file(
     else:
         schema.refuse_unused("an adhesion image", place_units=place_units, baseline=baseline)
         code, channels = files.images(path, family, read)
-        with files.recognized(path, code):
+        with files.naming_format(path, code):
             fitting = _adhesion(channels, image.channel, image.scan_direction, path)
             chosen = with_vendor_scale(path, channels, fitting, family)
             ds = _read_image(path, chosen, image.size, calibration).assign_attrs(channels=listing(channels))

@@ -126,7 +126,7 @@ def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) ->
 
 
 @contextmanager
-def recognized(path: Path, code: str) -> Iterator[None]:
+def naming_format(path: Path, code: str) -> Iterator[None]:
     """Name the format of a file in the errors that it raises."""
     code = vendors.code_of(first_bytes(path, 512)) if code == "vendor" else code
     try:
@@ -138,7 +138,7 @@ def recognized(path: Path, code: str) -> Iterator[None]:
 
 def images(path: Path, family: str, read: Callable[[Path], list[Channel]]) -> tuple[str, list[Channel]]:
     """Return the format of a file and the images that it holds."""
-    with recognized(path, family):
+    with naming_format(path, family):
         channels = guarded(path, read, path)
     return str(channels[0].header.get("format", family)) if channels else family, channels
 
@@ -186,10 +186,10 @@ def read_scan(
     family, read = reader_of(path)
     options = {"channel": channel, "scan_direction": scan_direction, "size": size, "height_units": height_units}
     if family == "netcdf":
-        with recognized(path, family):
+        with naming_format(path, family):
             return _labelled_netcdf(path, options)
     code, channels = images(path, family, read)
-    with recognized(path, code):
+    with naming_format(path, code):
         chosen = choose(_with_units(channels, height_units, path), channel, scan_direction, path)
         chosen = with_size(chosen, size, path)
         ds = labelled(chosen, path)
