@@ -25,10 +25,8 @@ _PARTS = (0.3, 0.5, 0.8, 1.0)
 #: Numbers of bins that are also tried for stretches shorter than the first of them.
 _BEYOND = (20, 30)
 
-#: Error of a parabola's third coefficient, in errors of its first, over equidistant values; its factor for a bend
-#: that no test has found.
+#: Error of a parabola's third coefficient, in errors of its first, over equidistant values.
 _BEND = np.sqrt(5) / 2
-_UNSEEN = 2.0
 
 #: Numbers of bins, and degrees of polynomials through them, that predict the force at the next bins.
 _WINDOWS = (4, 6, 8, 12, 16, 24, 32, 48)
@@ -111,20 +109,12 @@ def straight_baseline(z: np.ndarray, force: np.ndarray, size: int) -> tuple[Base
     return line._replace(longest=float(mean_z[count - 1]), noise=noise), others
 
 
-def with_choice_error(line: Baseline, others: list[Baseline], at: float, lowest: float = -np.inf) -> Baseline:
-    """Return a line with errors that contain its change at a travel by other stretches, beyond their noise.
-
-    They contain a bend that the noise hides in the longest straight stretch, too, unless the force ``lowest`` there is
-    so far below that it would show.
-    """
+def with_choice_error(line: Baseline, others: list[Baseline], at: float) -> Baseline:
+    """Return a line with errors that contain its change at a travel by other stretches, beyond their noise."""
     variance = line.error(at) ** 2
     excess = [(line.force(at) - other.force(at)) ** 2 - max(other.error(at) ** 2 - variance, 0.0) for other in others]
-    half_length = line.longest - line.centre if line.longest > line.centre else np.inf
-    bend = _UNSEEN * line.level_error * _BEND * max(3 * ((at - line.centre) / half_length) ** 2 - 1, 0.0)
-    # depth of interference over such a bend at which the stretch would not be straight
-    bend = 0.0 if line.force(at) - lowest > 10.0 * bend else bend
     # twice the largest of the changes by other stretches, since there are few
-    wider = np.sqrt(1 + (4.0 * max(0.0, *excess) + bend**2) / variance)
+    wider = np.sqrt(1 + 4.0 * max(0.0, *excess) / variance)
     return line._replace(level_error=line.level_error * wider, tilt_error=line.tilt_error * wider)
 
 
@@ -151,7 +141,7 @@ def _straight(z: np.ndarray, force: np.ndarray, variance: float) -> int:
     threshold = 4.5
     off = np.abs(bend) > threshold * np.sqrt(variance * np.linalg.inv(moments)[:, 2, 2])
     line = np.linalg.solve(moments[:, :2, :2], right[:, :2])[..., 0]
-    for last in (np.ones_like(counts), np.full_like(counts, 2), counts // 8 + 1, counts // 4):
+    for last in (np.ones_like(counts), counts // 4):
         since = counts - last - 1
         mean_x, mean_force = (
             (column[counts - 1] - np.where(since < 0, 0.0, column[since])) / last
@@ -179,9 +169,8 @@ def _fitted_line(z: np.ndarray, force: np.ndarray, variance: float, count: int) 
 def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float, *, shortest: float = 0.15) -> Baseline:
     """Return the line through a stretch from the far end that predicts the force at a travel ``at`` best.
 
-    ``shortest`` is the smallest length of the stretch over that of the samples.
-
-    Interference about the line counts as if its phase there were unknown, and as if it had a period or two.
+    ``shortest`` is the smallest length of the stretch over that of the samples. Interference about the line counts as
+    if its phase there were unknown.
     """
     width = max(1, z.size // _BINS)
     x, y = bin_means(z, width)[::-1], bin_means(force, width)[::-1]
@@ -193,18 +182,15 @@ def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float, 
     tilt = (sums[3] - sums[0] * sums[2]) / np.maximum(variance_x, 1e-300)
     misfit = np.maximum(variance_y - tilt**2 * variance_x, 0.0) * counts / np.maximum(counts - 2, 1)
     white = noise**2 / width
-    interference = np.maximum(misfit - white * (1 + np.sqrt(8 / counts)), 0.0)
-    # variance of interference at one place, over its mean square about a line
-    level_error = white / counts + 2.0 * interference
-    tilt_error = (white / counts + interference) / np.maximum(variance_x, 1e-300)
     distance = at - bin_means(z, width)[-1] - sums[0]
-    error = level_error + tilt_error * distance**2
-    best = int(np.argmin(error))
+    level_variance = white / counts + np.maximum(misfit - white, 0.0)
+    variance = level_variance * (1 + distance**2 / np.maximum(variance_x, 1e-300))
+    best = int(np.argmin(variance))
     length = x[counts[best] - 1]
     bend = _BEND * max(3 * (2 * distance[best] / length) ** 2 - 1, 0.0) * np.sqrt(misfit[best] / counts[best])
     level = float(sums[2, best] + tilt[best] * distance[best])
     end = float(length + bin_means(z, width)[-1])
-    return Baseline(at, level, float(tilt[best]), np.hypot(np.sqrt(error[best]), bend), 0.0, end, noise=noise)
+    return Baseline(at, level, float(tilt[best]), np.sqrt(variance[best] + bend**2), 0.0, end, noise=noise)
 
 
 def extrapolated_level(force: np.ndarray, gap: int, noise: float) -> tuple[float, float]:
@@ -219,7 +205,7 @@ def extrapolated_level(force: np.ndarray, gap: int, noise: float) -> tuple[float
     distance = (gap + (width - 1) / 2) / width
     ahead = max(1, int(np.ceil(distance)))
     best = (np.nan, np.inf)
-    for window in (size for size in _WINDOWS if 2 * size <= bins and bins - size - ahead >= bins / 4):
+    for window in (size for size in _WINDOWS if 2 * size <= bins and size + ahead < bins):
         for degree in (degree for degree in _DEGREES if window >= 2 * (degree + 1)):
             weights = prediction_weights(window, degree, ahead)
             missed = np.correlate(means[: bins - ahead], weights) - means[window - 1 + ahead :]

@@ -43,13 +43,10 @@ _SIGNIFICANCE = 5.0
 #: … and so many standard errors of the baseline.
 _BASELINE_SIGNIFICANCE = 2.5
 
-#: A jump takes at most this many samples, or one part in this many of those after the lowest.
+#: A jump takes at most this many samples.
 _LONGEST_JUMP = 10
 
-#: A straight stretch before a tail is the baseline if it is this share of the travel after the lowest force.
-_LEAST_STRETCH = 0.3
-
-#: Any straight stretch is the baseline if it is this share of that travel.
+#: A straight stretch is the baseline if it is this share of the travel after the lowest force.
 _PLAIN = 0.8
 
 #: Parabola through the lowest force: most samples on either side.
@@ -70,10 +67,11 @@ _ROUNDS = 6
 #: Rise of the force above the lowest sample, in standard deviations of the noise, by which a surface has detached.
 _DETACHED = 6.0
 
-#: Number of bins of the free part whose highest level is a reading, and their share, farthest from the surface, that
-#: shows the interference; largest rise of the force after a step, over it: a larger one is the return of a tail.
+#: Number of bins of the free part whose highest level is a reading.
 _FREE_BINS = 20
-_FAR, _TALLEST_WAVE = 0.3, 4.0
+
+#: Share of those bins, farthest from the surface, that shows the interference.
+_FAR = 0.3
 
 #: Why a curve has no pull-off, in its ``reason``.
 _SHORT = f"fewer than {_LEAST_SAMPLES} samples"
@@ -176,8 +174,8 @@ def curves_pull_off(
     polynomial extrapolates; the error contains the rms of the interference about a straight line. Without a jump, the
     line is the one whose error is least. So each curve gives a force with an error, or a limit: leaving out curves
     with a large error would leave out the small pulls. A pull is also detected by the step in which it ends, whatever
-    the drift around it: a step that is twice as high as any other of the curve, and higher by five times what steps of
-    the far part are. A step in contact, or one after which the force rises further than waves do, is none.
+    the drift around it: a step that is higher than any other of the curve by five times what steps of the far part are.
+    A step in contact is none.
 
     Where the force returns slowly, and no jump ends the tension, the line and the highest level of the free part are
     two readings: their mean is taken, and half of their difference is part of the error. So are a rise of the force
@@ -414,34 +412,18 @@ def retraction_pull(z: np.ndarray, force: np.ndarray, share: _Stretch, ruptures:
         return _pull_above_stretch(z, force, share)
     ruptures = _ruptures(force) if ruptures is None else ruptures
     lowest, recovery = _lowest_sample(force)
-    # a later loss of tension counts if it is this share of the depth
-    losses = [rupture for rupture in ruptures if rupture.height > 0.02 * recovery]
-    far = _far_part(z, force, share, losses, recovery)
+    far = _far_part(z, force, share, ruptures, recovery)
     pull = _pull_at(z, force, lowest, far)
     if pull.is_measured:
         return pull
-    pulls = [pull]  # interference may recover more than a weak pull, which may be as sharp as a sample
-    if losses:
-        end = max(losses, key=lambda rupture: rupture.height).end
-        pulls.append(_pull_at(z, force, _foot(force, end), far))
-    flat = force - pull.line.force(z)
-    contact = int(np.argmax(flat < 0))
-    if pull.line.longest - z[-1] > _PLAIN * (z[contact] - z[-1]):
-        pulls.append(_pull_at(z, force, contact + int(np.argmin(flat[contact:])), far))
     step = sharpest_step(force, far.noise)
-    if step is not None and step.first > far.start and _ends_tension(z, force, step, far):
-        pulls.append(_pull_at(z, force, _foot(force, step.first), far, step))
-    return next((candidate for candidate in pulls if candidate.is_measured), pull)
-
-
-def _ends_tension(z: np.ndarray, force: np.ndarray, step: Step, far: _FarPart) -> bool:
-    """Return whether a step may be the end of all tension: not in contact, and not before a longer return."""
+    if step is None or step.first <= far.start:
+        return pull
     at = z[step.first]
-    is_plain = far.line.longest - z[-1] >= _PLAIN * (at - z[-1])
-    if is_plain and step.level - step.height / 2 > far.line.force(at):
-        return False
-    highest, interference = _free_levels(force, step.first)
-    return highest - step.level < _TALLEST_WAVE * max(interference, step.height)
+    if far.is_plain(z, at) and step.level - step.height / 2 > far.line.force(at):  # in contact
+        return pull
+    # interference may recover more than a weak pull, which ends in a step
+    return _pull_at(z, force, _foot(force, step.first), far, step)
 
 
 def _free_levels(force: np.ndarray, first: int) -> tuple[float, float]:
@@ -492,7 +474,10 @@ class _FarPart(NamedTuple):
     noise: float  # nN
     line: Baseline  # straight
     others: list[Baseline]  # through other stretches
-    is_all: bool  # whether the baseline may lie anywhere
+
+    def is_plain(self, z: np.ndarray, at: float) -> bool:
+        """Return whether the longest straight stretch is the baseline at a travel."""
+        return bool(self.line.longest - z[-1] >= _PLAIN * (at - z[-1]))
 
 
 def _far_part(z: np.ndarray, force: np.ndarray, share: float, losses: list[_Rupture], recovery: float) -> _FarPart:
@@ -501,18 +486,18 @@ def _far_part(z: np.ndarray, force: np.ndarray, share: float, losses: list[_Rupt
     after_losses = max([start, *(rupture.end for rupture in losses)])
     after_losses = after_losses if force.size - after_losses >= _LEAST_SAMPLES else start
     line, others = straight_baseline(z[after_losses:], force[after_losses:], z.size)
-    return _FarPart(start, after_losses, losses, recovery, sample_noise(force), line, others, share == 1)
+    return _FarPart(start, after_losses, losses, recovery, sample_noise(force), line, others)
 
 
 def _pull_at(z: np.ndarray, force: np.ndarray, lowest: int, far: _FarPart, step: Step | None = None) -> Pull:
     """Return the pull at a sample, after which the force may have a step."""
     at = z[lowest]
-    straight = with_choice_error(far.line, far.others, at, force[lowest] if far.is_all else -np.inf)
+    straight = with_choice_error(far.line, far.others, at)
     first = _first_free_sample(force, lowest, far.losses, far.noise) if step is None else step.first
     first = max(first, far.start)
     significance = _BASELINE_SIGNIFICANCE
     line = straight
-    is_plain = far.line.longest - z[-1] >= _PLAIN * (at - z[-1])
+    is_plain = far.is_plain(z, at)
     if not is_plain and (step is not None or _has_jumped(z, force, lowest, first)):
         line = _line_after_jump(z, force, lowest, first, straight, far.losses, far.noise)
     elif not is_plain:
@@ -537,12 +522,10 @@ def _between(line: Baseline, at: float, level: float) -> Baseline:
 def _line_of_tail(z: np.ndarray, force: np.ndarray, at: float, straight: Baseline, far: _FarPart) -> Baseline:
     """Return the baseline at a travel before which no jump ends the tension: it ends in a tail, or in a wave."""
     free = slice(far.after_losses, None)
-    travel = max(at - z[-1], 1e-300)
     wavy = least_error_line(z[free], force[free], far.noise, at)
-    stretch = (straight.longest - z[-1]) / travel
     # a line describes interference if its stretch is this many times as long as the longest straight one
-    is_wave = (wavy.end - z[-1]) / travel > 1.5 * stretch
-    if stretch > _LEAST_STRETCH or not is_wave or straight.error(at) < wavy.error(at):
+    is_wave = wavy.end - z[-1] > 1.5 * (straight.longest - z[-1])
+    if not is_wave or straight.error(at) < wavy.error(at):
         return straight
     error = np.hypot(wavy.error(at), (straight.force(at) - wavy.force(at)) / 2)  # of a tail, or of a wave
     return wavy._replace(level_error=error)
@@ -565,8 +548,7 @@ def _first_free_sample(force: np.ndarray, lowest: int, losses: list[_Rupture], n
     The jump follows the lowest force at once on a soft cantilever, later on a stiff one.
     """
     first = _detachment_sample(force, lowest, noise)
-    longest = max(_LONGEST_JUMP, (force.size - lowest) // _LONGEST_JUMP)
-    if first > lowest + longest:
+    if first > lowest + _LONGEST_JUMP:
         later = [rupture for rupture in losses if rupture.end > lowest]
         first = max(later, key=lambda rupture: rupture.height).end if later else force.size
     return first
@@ -736,12 +718,7 @@ def _minimum(
         first = max(min(first, last - _LEAST_LOW), 0)
         if steep or last - first < _LEAST_LOW:
             steps = np.abs(np.diff(force[max(at - 1, 0) : min(at + 2, end)]))
-            step = steps.max(initial=0.0)
-            below = 0.0
-            if end < force.size:  # the jump begins up to a step below the last sample
-                step *= time[end] - time[end - 1]
-                below = step / 2
-            return float(force[at]) - below, np.hypot(noise, step / np.sqrt(12))
+            return float(force[at]), np.hypot(noise, steps.max(initial=0.0) / np.sqrt(12))
         is_detached = ends[1] == end < force.size
         low = _parabola(time, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, detached=is_detached)
         best = low if low.error < best.error else best

@@ -27,10 +27,8 @@ _GAP = 1
 #: Numbers of bins that predict the foot, and degrees of polynomials through them.
 _PREDICTORS = ((6, 0), (12, 1), (24, 2))
 
-#: Height of a step beyond that of any other step of the curve, over the standard deviation of the far part's; and
-#: ratio of both heights: ripples and slips come in numbers.
+#: Height of a step beyond that of any other step of the curve, over the standard deviation of the far part's.
 _SIGNIFICANCE = 5.0
-_HEIGHT_RATIO = 2.0
 
 #: Largest of many deviations of white noise, in standard deviations: a wave's kinks are larger.
 _EXTREME = 3.5
@@ -69,7 +67,7 @@ class Step(NamedTuple):
     @property
     def threshold(self) -> float:
         """The smallest height that other steps and noise do not explain, nN."""
-        return max(self.rival + _SIGNIFICANCE * self.error, _HEIGHT_RATIO * self.rival)
+        return self.rival + _SIGNIFICANCE * self.error
 
 
 class _Heights(NamedTuple):
