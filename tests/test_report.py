@@ -683,6 +683,7 @@ def test_a_sentence_is_printed_if_its_values_are_known():
     [
         ("answer.toml", (application.headline, means, application.report.summary)),
         ("cautions.toml", (application.report.caveats,)),
+        ("notes.toml", (application.report.report_page, application.report.detachment)),
     ],
 )
 def test_fields_of_sentences_are_values_of_their_module(file, modules):
@@ -690,5 +691,5 @@ def test_fields_of_sentences_are_values_of_their_module(file, modules):
     entries = _entries(file)
     texts = [text for entry in entries.values() for text in ([entry] if isinstance(entry, str) else entry)]
     fields = {name for text in texts for _, name, _, _ in Formatter().parse(text) if name}
-    source = " ".join([*SCALARS, *map(inspect.getsource, modules)])
+    source = " ".join([*SCALARS, *schema.TRAVELLING, *map(inspect.getsource, modules)])
     assert not {name for name in fields - set(entries) if name.removesuffix("_from").removesuffix("_to") not in source}

@@ -12,8 +12,8 @@ from ...mechanics.particles import resuspension
 from ...mechanics.particles.force_balance import fluid_of, strength_of_places
 from ...mechanics.particles.loads import fluid_in_words
 from ...mechanics.statistics.sampling import by_share
-from ...mechanics.vocabulary.numbers import percent, quantity
 from ...mechanics.vocabulary.refusal import Refusal
+from ..wording import render_sentences
 from .run_numbers import STABLE_CONTACTS, run_moments, unstable
 from .summary import DETACHMENT, RESTS, critical_flow
 
@@ -27,35 +27,18 @@ def detachment_notes(run: Run) -> list[str]:
     critical = critical_flow(run)
     moments = run["solutions/rolling"]
     speed = strength_of_places(critical)
-    at_rest = RESTS in run
     fluid = fluid_of(critical)
     stress = fluid.density * float(by_share(speed).quantile(0.5)) ** 2
-    middle = f", {quantity(stress, 'Pa')} at the median place" if stress > 0 else ""
-    notes = [
-        f"A steady flow of {fluid_in_words(fluid)} along x acts on the sphere "
-        f"{'at its resting position' if at_rest else 'at each place'}. "
-        "Its weight is neglected. The sphere can roll or lift off, but not slide, since no friction is given. The wall "
-        f"shear stress is the density times the square of the friction velocity{middle}. The resisting moment is the "
-        f"pull-off force times the lever arm of the simulation's contacts about the foremost edge. A single elastic "
-        "contact may roll earlier: it closes in front as it opens behind, and resists by its hysteresis alone."
-    ]
-    if out := int(((speed > 0) & ~critical["in_range"].astype(bool)).sum()):
-        notes.append(
-            f"At {out} of {speed.size} places the critical flow is outside the range of the formulas for drag and "
-            "torque (r u*/ν above 1), and thus an extrapolation."
-        )
-    if at_rest:
-        stable = percent(by_share(moments["contacts"] >= STABLE_CONTACTS).mean())
-        notes.append(
-            f"Particles rolled from the grid to resting positions; {stable} of them rest on three or more contacts."
-        )
-    elif unstable_places := int(unstable(moments).sum()):
-        notes.append(
-            f"At {unstable_places} of {moments.sizes['subregion']} places the sphere rests on fewer than three "
-            "contacts: a free particle would roll on until three support it. A run of particles analyses their resting "
-            "positions."
-        )
-    return notes
+    values = {
+        "fluid": fluid_in_words(fluid),
+        "at_rest": RESTS in run,
+        "wall_shear_stress": stress if stress > 0 else None,
+        "places_out": int(((speed > 0) & ~critical["in_range"].astype(bool)).sum()),
+        "number_of_places": speed.size,
+        "stable": by_share(moments["contacts"] >= STABLE_CONTACTS).mean(),
+        "places_unstable": int(unstable(moments).sum()),
+    }
+    return render_sentences("notes.toml", ["flow", "range_of_drag", "rest"], values)
 
 
 def turbulent_speed(

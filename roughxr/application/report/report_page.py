@@ -27,7 +27,7 @@ from ...mechanics.vocabulary.text import printable
 from .. import archive, figures
 from ..figures.maps import critical_map
 from ..sentences import liquid_words
-from ..wording import names_in_words
+from ..wording import names_in_words, render_sentences
 from .caveats import cautions
 from .detachment import detachment_notes, remaining_fraction
 from .run_numbers import METHOD_WORDS, debris_flags, prediction, run_moments
@@ -44,6 +44,9 @@ from .summary import (
 )
 
 Run = Mapping[str, xr.Dataset]
+
+#: Least error that is named among the sources of an interval, of the mean.
+_NAMED_ERROR = 0.005
 
 #: Dots per inch of the figures.
 _DPI = 160
@@ -198,39 +201,23 @@ def methods(run: Run) -> str:
     if "law of adhesion" not in facts:
         return ""
     scan = run["scan"]
-    indenter = "an indenter of measured shape"
-    if "sphere_radius" in scan.coords:
-        indenter = f"a sphere of radius {number(scan['sphere_radius'], 'nm')}"
-    materials = f" ({facts['materials']})" if "materials" in facts else ""
-    medium = f" across {facts['medium']}" if "medium" in facts else ""
-    body = "half space"
-    if schema.is_coated(scan):
-        body += f" below a layer of {number(scan['layer_thickness'], 'nm')}"
-    levelling = names_in_words("levelling").get(scan.attrs.get("levelling", ""), "as measured")
-    attraction = f"work of adhesion {number(scan['work_of_adhesion'], 'J/m²')}"
-    if "hamaker_constant" in scan.coords:
-        attraction += f" by the Hamaker constant A = {number(1e3 * scan['hamaker_constant'], 'zJ')}"
-    preload = float(run["solutions/adhesive"].attrs.get("preload", 0.0))
-    pressing = f"after a preload of {number(preload, 'nN')}" if preload else "without preload"
-    text = (
-        f"Pull-off forces of {indenter}{materials} were computed with roughxr {__version__} on a scan "
-        f"of {facts['size']}, {levelling}, at {facts['places']}. The contact of the elastic {body} was solved with "
-        f"adhesion{medium} (law: {facts['law of adhesion']}; contact modulus {number(scan['contact_modulus'], 'GPa')}; "
-        f"{attraction}), on {facts['mesh']}, {pressing}."
+    values: dict[str, Any] = {**schema.pair_coordinates(scan), **facts}
+    values["version"] = __version__
+    values["levelling_words"] = names_in_words("levelling").get(scan.attrs.get("levelling", ""))
+    values["preload_force"] = float(run["solutions/adhesive"].attrs.get("preload", 0.0))
+    values["errors"] = _errors_in_words(run)
+    opening = render_sentences("notes.toml", ["methods"], values)
+    return " ".join(
+        [*opening, *best_estimate_notes(run), *render_sentences("notes.toml", ["sources", "intervals"], values)]
     )
-    return " ".join(filter(None, [text, *best_estimate_notes(run), _sources(run), "Intervals are at 95 %."]))
 
 
-def _sources(run: Run) -> str:
-    """Return the sources of the interval with their standard deviations as a sentence; empty without a budget."""
+def _errors_in_words(run: Run) -> str:
+    """Return the sources of the interval with their standard deviations, the largest first; empty without a budget."""
     if BUDGET not in run:
         return ""
-    errors = full_budget(run)["relative_std"].dropna("entry")
-    errors = errors.sortby(errors, ascending=False)
-    # least error that is named, of the mean
-    named = errors.isel(entry=(errors > 0.005).values)
-    entries = [f"{entry} ({percent(error)})" for entry, error in zip(named["entry"].values, named.values)]
-    return f"The interval contains, as standard deviations, the errors of {', '.join(entries)}." if entries else ""
+    errors = full_budget(run)["relative_std"].to_series().sort_values(ascending=False)
+    return ", ".join(f"{entry} ({percent(error)})" for entry, error in errors.items() if error > _NAMED_ERROR)
 
 
 def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:

@@ -22,6 +22,8 @@ _FORMATS: dict[str, Callable[[Any], str]] = {
     "nN": quantity,
     "nm": lambda value: number(value, "nm", 2),
     "GPa": lambda value: number(value, "GPa"),
+    "zJ": lambda value: number(1e3 * value, "zJ"),
+    "Pa": lambda value: quantity(value, "Pa"),
     "2": lambda value: number(value, digits=2),
     "~": significant,
     "+": number,
