@@ -372,3 +372,10 @@ def test_a_mesh_is_refused_where_it_is_made(options):
 def test_work_of_adhesion_is_needed(ground):
     with pytest.raises(ValueError, match="work_of_adhesion"):
         by_cells(ground.drop_vars("work_of_adhesion"), delta=[1.0])
+
+
+@pytest.mark.filterwarnings("ignore::roughxr.IncompleteResult")
+def test_warnings_count_places_and_not_their_preloads():
+    ds = surfaces.glass_pair(surfaces.scan(surfaces.rough(64, seed=1)), sphere_radius=500.0)
+    with pytest.warns(roughxr.UnresolvedContact, match="of 4 subregions have contacts with a radius below 2"):
+        adhesive(ds, preload=[0, 5, 10], subregions=(2, 2), mesh=1, law="jkr")

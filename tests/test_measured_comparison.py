@@ -99,6 +99,17 @@ def test_four_forces_do_not_decide_on_their_scatter():
         assert "too few independent forces are known to decide" in roughxr.answer(compared).sentence
 
 
+def test_an_error_that_all_forces_share_widens_the_ratio_and_no_scatter():
+    datasets = forces(field(0)), forces(field(1))
+    alone, shared = (roughxr.compare(*datasets, force_std=part, resamples=99) for part in (0.0, "10 %"))
+    half_width, expected = (np.log(ds.ratio_high / ds.ratio).sel(statistic="mean").item() for ds in (shared, alone))
+    assert half_width == pytest.approx(np.hypot(expected, 0.196), rel=1e-6)
+    assert shared.relative_std_ratio_high == alone.relative_std_ratio_high
+    assert shared.distribution_p_value == alone.distribution_p_value
+    with pytest.raises(roughxr.Refusal, match="force_std: expected a relative error from 0 to below 1, found 3"):
+        roughxr.compare(*datasets, force_std=3)
+
+
 def test_a_force_that_is_repeated_has_no_scatter_to_explain():
     compared = roughxr.compare(forces(field(0)), forces([30.0] * 12), statistics=["mean"], resamples=99)
     assert "the measured forces are all the same" in roughxr.answer(compared).sentence

@@ -84,6 +84,10 @@ def test_a_comparison_with_a_best_estimate_has_one_verdict(run, capsys):
     assert said.count("agree") == 1 and "they agree" in said and "p =" not in said
     measured = roughxr.open_pull_off(run / "own.csv")
     assert forces.contact.compare(measured, extrapolation=estimate).contact.answer().sentence in said
+    assert main(["compare", str(run), str(run / "own.csv"), "--force-std", "10%"]) == 0
+    assert (
+        "An error of 10 % (standard deviation) that all measured forces share is included." in capsys.readouterr().out
+    )
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")

@@ -81,8 +81,15 @@ def _means_in_words(means: xr.Dataset, best: float, low: float, high: float) -> 
     return [
         f"{AS_SCANNED} With it the best estimate is {with_interval(best, low, high)}, {ratio} times the prediction.",
         f"Its interval, by all known errors of the prediction, {relation} that of the measured mean: {decided}. "
-        "Errors of spring constant and sensitivity are not included.",
+        + _measuring_error(float(means.attrs.get("force_std", 0.0))),
     ]
+
+
+def _measuring_error(force_std: float) -> str:
+    """Return whether the measured interval contains an error that all its forces share."""
+    if force_std > 0:
+        return f"An error of {percent(force_std)} (standard deviation) that all measured forces share is included."
+    return "Errors of spring constant and sensitivity are not included."
 
 
 def _distributions_in_words(compared: xr.Dataset) -> str:

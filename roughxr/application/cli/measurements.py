@@ -181,7 +181,7 @@ def compare_with_run(options: Namespace) -> None:
     predicted = groups[f"statistics/{one_of(options.method, methods, '--method')}"].load()
     own = measurement(options.file, options)
     extrapolation = groups.get("statistics/extrapolated") if options.method == "adhesive" else None
-    compared = compare(predicted, own, extrapolation=extrapolation)
+    compared = compare(predicted, own, extrapolation=extrapolation, force_std=options.force_std)
     print(f"pull-off forces, nN, predicted ({options.method}) and measured, with 95 % intervals:")
     columns = {"predicted": "predicted", "measured": "measured", "ratio": "measured / predicted"}
     print(_with_intervals(_with_scatter(compared), columns))

@@ -47,6 +47,10 @@ _OTHER_NAMES = {
     "--load": ("--cause", f"what detaches the sphere is --cause: {', '.join(CAUSES)}"),
 }
 
+_FORCE_STD = (
+    "relative standard deviation that all measured forces share, such as 10%% by the spring constant; default: 0"
+)
+
 _DIRECTIONS, _QUIET = ("trace", "retrace"), "show no progress"
 
 _BODIES = (
@@ -305,14 +309,14 @@ def _measurements(commands: Any) -> None:
         default="adhesive",
     )
     _add(command, ("--picture", "PNG", "draw both distributions, and their quantiles"))
+    _add(command, ("--force-std", "PART", _FORCE_STD), type=share, default=0.0)
     does = "fit the work of adhesion of a run's pair to measured pull-off forces"
     command = _command(commands, "fit", "measurements:fit_to_run", does)
     _add(command, _RUN)
     _add_measurement(command)
     help = f"prediction: adhesive (simulation at 16 of the run's places, minutes) or superposed (seconds); {_DEFAULT}"
     _add(command, ("--method", None, help), default="adhesive", choices=("adhesive", "superposed"))
-    help = f"relative standard deviation that all measured forces share, such as of the spring constant; {_DEFAULT}"
-    _add(command, ("--force-std", "PART", help), type=share, default=0.0)
+    _add(command, ("--force-std", "PART", _FORCE_STD), type=share, default=0.0)
     _add(command, ("--picture", "PNG", "draw the distance of prediction and measurement over the work of adhesion"))
     _flag(command, "-q --quiet", _QUIET)
 

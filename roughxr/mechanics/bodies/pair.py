@@ -215,6 +215,8 @@ def assign_pair(
     bodies = None if materials is None else substances.named_pair(materials)
     moduli: tuple[Any, ...] = (young_modulus, poisson_ratio)
     if bodies is not None:
+        for body in bodies:
+            _plausible(body.hamaker, "hamaker_constant", body.hamaker)
         moduli = tuple(zip(*((body.young_modulus, body.poisson_ratio) for body in bodies)))
     coating = {}
     if layer is not None:

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import did_you_mean
-from ..vocabulary.units import positive
+from ..vocabulary.units import positive, single
 
 #: Cut-off of van der Waals forces at contact, nm.
 CUT_OFF = 0.165
@@ -78,11 +78,14 @@ def read_materials(lines: Iterable[str], table: object) -> dict[str, Material]:
 
 
 def _number(text: str, units: str, name: str) -> float:
-    """Return text as a positive number; units convert it."""
+    """Return text as a positive number, units convert it; one without units may be Poisson's ratio."""
     try:
-        return float(text)
+        value: float | str = float(text)
     except ValueError:
-        return positive(text, units, name)
+        value = text
+    if units == "1":
+        return single(value, units, name, "a number in (-1, 0.5]", lambda ratio: -1 < ratio <= 0.5)
+    return positive(value, units, name)
 
 
 #: By name. Glass is the paper's. Silicon's constants are those along <100>: a crystal that is pressed on
@@ -104,12 +107,20 @@ def materials() -> dict[str, Material]:
     path = os.environ.get(OWN_TABLE)
     if not path:
         return MATERIALS
+    if not Path(path).is_file():
+        raise Refusal(OWN_TABLE, "the name of a table of materials", repr(path))
     lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
     return MATERIALS | read_materials(lines, path)
 
 
 #: Hamaker constants (nN nm) of media, across vacuum.
 MEDIA = {"vacuum": 0.0, "air": 0.0, "water": 0.037, "ethanol": 0.042, "hexadecane": 0.052}
+
+
+#: Names that people give to listed materials.
+_OTHER_NAMES = {"limestone": "calcite", "chalk": "calcite", "marble": "calcite", "teflon": "ptfe", "quartz": "silica"}
+_OTHER_NAMES |= {"sapphire": "alumina", "al2o3": "alumina", "sio2": "silica", "si": "silicon", "tio2": "titania"}
+_OTHER_NAMES |= {"plexiglass": "pmma", "ps": "polystyrene", "si3n4": "silicon_nitride", "oxide": "silica"}
 
 
 def named_pair(names: str | tuple[str, str]) -> tuple[Material, Material]:
@@ -121,10 +132,13 @@ def named_pair(names: str | tuple[str, str]) -> tuple[Material, Material]:
     if len(both) not in (1, 2) or unknown:
         # other names of the same first letter: mica is no misspelt silica
         similar = [name for name in listed if name not in both and unknown and name[0] == unknown[0][:1]]
+        question = did_you_mean(unknown[0], similar) if unknown else ""
+        if unknown and unknown[0] in _OTHER_NAMES:
+            question = f" (did you mean {_OTHER_NAMES[unknown[0]]}?)"
         raise Refusal(
             "materials",
             f"one or two of {', '.join(listed)}, as in 'glass/silicon'",
-            f"{names!r}{(did_you_mean(unknown[0], similar) if unknown else '')}",
+            f"{names!r}{question}",
             "for another material give young_modulus, poisson_ratio, and work_of_adhesion or hamaker_constant; or list "
             f"it in a table that the environment variable {OWN_TABLE} names",
         )

@@ -255,38 +255,48 @@ def _warn_of_time(adhesion: Adhesion, problem: Problem) -> None:
 
 def _warn_of_errors(out: xr.Dataset, adhesion: Adhesion) -> None:
     """Warn of places whose pull-off depends on the mesh, or on the heights between the pixels, or has no error."""
-    mesh, step, between = (out[f"{name}_error"].values for name in ("mesh", "step", "interpolation"))
-    change = np.where(out["mesh"].values > 0, np.fmax(mesh, step), np.nan)  # the front states its error, on no mesh
+    mesh, step, between = (out[f"{name}_error"] for name in ("mesh", "step", "interpolation"))
+    change = xr.apply_ufunc(np.fmax, mesh, step).where(out["mesh"] > 0)  # the front states its error, on no mesh
     accuracy = f"accuracy={adhesion.accuracy:g}"
-    if missed := int((change > adhesion.accuracy).sum()):
+    missed = change > adhesion.accuracy
+    if missed.any():
         warn(
-            f"{missed} of {change.size} subregions did not reach {accuracy} (largest change by cells or steps "
-            f"{np.nanmax(change):.2g}): their mesh is too coarse, see pull_off_error"
+            f"{_count_of_places(missed)} did not reach {accuracy} (largest change by cells or steps "
+            f"{float(change.max()):.2g}): their mesh is too coarse, see pull_off_error"
         )
-    if wide := int((between > adhesion.accuracy).sum()):
+    wide = between > adhesion.accuracy
+    if wide.any():
         warn(
-            f"{wide} of {between.size} subregions miss {accuracy} since the heights between the pixels are not known "
-            f"(largest interpolation_error {np.nanmax(between):.2g}): no mesh mends this; take a scan with smaller "
+            f"{_count_of_places(wide)} miss {accuracy} since the heights between the pixels are not known "
+            f"(largest interpolation_error {float(between.max()):.2g}): no mesh mends this; take a scan with smaller "
             "pixels"
         )
-    if unknown := int((np.isnan(out["pull_off_error"].values) & (out["pull_off_force"].values > 0)).sum()):
+    unknown = out["pull_off_error"].isnull() & (out["pull_off_force"] > 0)
+    if unknown.any():
         warn(
-            f"{unknown} of {change.size} subregions have no error estimate (pull_off_error is NaN), since there was no "
+            f"{_count_of_places(unknown)} have no error estimate (pull_off_error is NaN), since there was no "
             "second mesh, or it or another step gave no pull-off; compare with another mesh or a smaller step"
         )
 
 
+def _count_of_places(flags: xr.DataArray) -> str:
+    """Return how many places have a flag at any preload, in words."""
+    flagged = flags.any([dim for dim in flags.dims if dim != "subregion"])
+    return f"{int(flagged.sum())} of {flagged.size} subregions"
+
+
 def _warn_of_one_mesh(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
     """Warn of contacts that one mesh does not resolve, and of pull-offs without an error."""
-    radius = out["pull_off_resolution"].values
-    if small := int((radius < LEAST_RADIUS).sum()):
+    radius = out["pull_off_resolution"]
+    small = radius < LEAST_RADIUS
+    if small.any():
         warn(
-            f"{small} of {radius.size} subregions have contacts with a radius below {LEAST_RADIUS:g} cells at pull-off "
-            f"(smallest {np.nanmin(radius):.2g}): compare with a finer mesh, or take mesh='auto'",
+            f"{_count_of_places(small)} have contacts with a radius below {LEAST_RADIUS:g} cells at pull-off "
+            f"(smallest {float(radius.min()):.2g}): compare with a finer mesh, or take mesh='auto'",
             UnresolvedContact,
         )
-    unknown = int((np.isnan(out["pull_off_error"].values) & (out["pull_off_force"].values > 0)).sum())
-    if unknown == 0 or np.isnan(adhesion.accuracy):
+    unknown = out["pull_off_error"].isnull() & (out["pull_off_force"] > 0)
+    if not unknown.any() or np.isnan(adhesion.accuracy):
         return
     largest = resolving_cell(adhesion, problem)
     coarse = (
@@ -294,7 +304,7 @@ def _warn_of_one_mesh(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> 
         "change the pull-off by 10 % or more"
     )
     warn(
-        f"{unknown} of {radius.size} subregions have no error estimate (pull_off_error is NaN): one mesh gives none "
+        f"{_count_of_places(unknown)} have no error estimate (pull_off_error is NaN): one mesh gives none "
         f"for law={adhesion.law!r}{coarse if problem.dx > largest else ''}; take mesh='auto', or compare with a finer "
         "mesh",
         UnresolvedContact,
@@ -305,11 +315,12 @@ def _warn_of_ranges(out: xr.Dataset) -> None:
     """Warn of places whose pull-off depends on how hard the sphere was pressed."""
     pull = out["pull_off_force"].values.ravel()
     pressed = out["pressed_pull_off_force"].values.ravel()
-    if ranges := int(is_range(pull, pressed).sum()):
+    is_ranged = out["pull_off_force"].copy(data=is_range(pull, pressed).reshape(out["pull_off_force"].shape))
+    if is_ranged.any():
         widest = np.nanargmax(settling_changes(pull, pressed))
         low, high = sorted([pull[widest], pressed[widest]])
         warn(
-            f"{ranges} of {pull.size} subregions have a range and not one pull-off, at the widest {low:.3g} … "
+            f"{_count_of_places(is_ranged)} have a range and not one pull-off, at the widest {low:.3g} … "
             f"{high:.3g} nN, from pull_off_force to pressed_pull_off_force. There attraction ends before the next "
             "summits, which only pressing reaches: state a preload"
         )
@@ -336,22 +347,25 @@ def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
             "on them are NaN: compare with a smaller step or a finer mesh",
             IncompleteResult,
         )
-    short = out["truncated"].values & out["complete"].values
+    short = out["truncated"] & out["complete"]
     if short.any():
         warn(
-            f"{int(short.sum())} of {short.size} subregions have contact or liquid at the edge of the scan or of the "
+            f"{_count_of_places(short)} have contact or liquid at the edge of the scan or of the "
             "indenter's map (truncated is True): their forces do not include the surface beyond; take a larger scan, "
             "a smaller sphere or places farther inside",
             IncompleteResult,
         )
-    lost = int((~out["complete"].values).sum())
-    if lost and not adhesion.on_cells:
+    lost = ~out["complete"]
+    if lost.any() and not adhesion.on_cells:
         warn(
-            f"{lost} of {out['complete'].size} subregions have no valid front (more than one contact, or one too far "
+            f"{_count_of_places(lost)} have no valid front (more than one contact, or one too far "
             "from a circle); their results are NaN: law='jkr' solves them on cells, in about "
             f"{_time_on_cells(adhesion, problem)} each",
             IncompleteResult,
         )
-    elif lost:
+    elif lost.any():
         what = "did not reach their preload or " if adhesion.preloads.size else ""
-        warn(f"{lost} subregions {what}needed more than {MOST_CELLS:g} cells; their results are NaN", IncompleteResult)
+        warn(
+            f"{_count_of_places(lost)} {what}needed more than {MOST_CELLS:g} cells; their results are NaN",
+            IncompleteResult,
+        )

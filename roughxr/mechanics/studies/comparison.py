@@ -23,9 +23,11 @@ from ..statistics.sampling import (
     without_weights,
 )
 from ..vocabulary import schema
+from ..vocabulary.error_sources import HALF_WIDTH
 from ..vocabulary.numbers import quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
+from ..vocabulary.units import single
 
 _NAME = "pull_off_force"
 
@@ -41,6 +43,7 @@ def compare(
     measured: xr.Dataset,
     *,
     extrapolation: xr.Dataset | None = None,
+    force_std: float = 0.0,
     statistics: Sequence[str] = STATISTICS,
     resamples: int = 999,
 ) -> xr.Dataset:
@@ -55,6 +58,9 @@ def compare(
     extrapolation : Dataset, optional
         From `extrapolated`, of the predicted surface. The means are then judged by its interval, of all known errors,
         in place of the distributions as scanned.
+    force_std : float
+        Relative standard deviation of an error that all measured forces share, such as of the spring constant: 0.1 or
+        "10 %". The intervals of measured statistics and ratios contain it; scatters and distributions do not.
     statistics : sequence of str
         Statistics whose ratios are reported, see `bootstrap`.
     resamples
@@ -115,7 +121,8 @@ def compare(
     if extrapolation is not None and not set(BEST_ESTIMATE) <= set(getattr(extrapolation, "data_vars", ())):
         raise Refusal("extrapolation", "a result of `extrapolated`", type(extrapolation).__name__ + " without its mean")
     both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
-    out = _statistics((predicted, measured), list(statistics), resamples).merge(
+    force_std = single(force_std, "1", "force_std", "a relative error from 0 to below 1", lambda part: 0 <= part < 1)
+    out = _statistics((predicted, measured), list(statistics), resamples, force_std).merge(
         _scatter((predicted, measured), resamples)
     )
     out["scaled_distance"] = _scaled_distance(*both)
@@ -133,7 +140,11 @@ def compare(
     for name in ("predicted", "measured"):
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
-    out.attrs |= {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
+    out.attrs |= {
+        "confidence": 0.95,
+        "force_std": force_std,
+        "measured_from": str(measured.attrs.get("source_file", "not stated")),
+    }
     out.attrs["missing"] = "NaN where a value is not positive"
     return out
 
@@ -164,9 +175,11 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     return sample
 
 
-def _statistics(datasets: Sequence[xr.Dataset], statistics: list[str], resamples: int) -> xr.Dataset:
+def _statistics(datasets: Sequence[xr.Dataset], statistics: list[str], resamples: int, force_std: float) -> xr.Dataset:
     """Return the statistics of both and their ratios, with intervals."""
     intervals = [_intervals(ds, statistics, resamples, seed) for seed, ds in enumerate(datasets)]
+    if force_std > 0:
+        intervals[1] = _with_shared_error(intervals[1], force_std)
     out = xr.Dataset(coords={"statistic": statistics})
     for name, ends in zip(("predicted", "measured"), intervals):
         out = out.assign({name: ends[0], f"{name}_low": ends[1], f"{name}_high": ends[2]})
@@ -199,6 +212,17 @@ def _intervals(ds: xr.Dataset, statistics: list[str], resamples: int, seed: int)
     forces = with_limits(ds, _NAME).drop_vars((SHARE, "on_debris", "debris_share"), errors="ignore")
     out = without_warnings(bootstrap, forces, _NAME, statistics=statistics, resamples=resamples, seed=seed)
     return [("statistic", out[name].values) for name in ("estimate", "low", "high")]
+
+
+def _with_shared_error(measured: list, force_std: float) -> list:
+    """Return statistics whose intervals contain a relative standard deviation that all forces share."""
+    value, low, high = (ends for _, ends in measured)
+    shared = HALF_WIDTH * force_std
+    with np.errstate(divide="ignore", invalid="ignore"):
+        below, above = np.log(value / low), np.log(high / value)
+    down = np.where(np.isfinite(below), value * np.exp(-np.hypot(below, shared)), low * np.exp(-shared))
+    up = np.where(np.isfinite(above), value * np.exp(np.hypot(above, shared)), high * np.exp(shared))
+    return [("statistic", ends) for ends in (value, down, up)]
 
 
 def _ratio(predicted: list, measured: list) -> list:
