@@ -16,6 +16,7 @@ from roughxr import report
 from roughxr.application import archive, tables
 from roughxr.application.cli import main
 from roughxr.application.runs import analysis, several
+from roughxr.files import doors
 from roughxr.files.doors import kind_of
 from roughxr.files.images.hdf5 import hdf5_channels
 from roughxr.files.images.netcdf import unread, variable_names
@@ -284,3 +285,18 @@ def test_no_command_waits_for_a_pipe(tmp_path, monkeypatch, capsys):
                 command,
                 error,
             )
+
+
+def test_an_archive_is_searched_once_however_often_it_is_read(tmp_path, monkeypatch):
+    """Also under its final name, after it was written under a temporary one; a changed file is searched anew."""
+    searched = []
+    foreign_data = doors._foreign_data
+    monkeypatch.setattr(doors, "_foreign_data", lambda file: searched.append(file.filename) or foreign_data(file))
+    path = archive.save({"scan": small_scan()}, tmp_path / "run.nc")
+    for _ in range(2):
+        archive.load(path)
+    assert len(searched) == 1
+    with h5py.File(path, "a") as file:
+        file["elsewhere"] = h5py.ExternalLink("other.nc", "/height")
+    with pytest.raises(ValueError, match="another file"):
+        archive.load(path)

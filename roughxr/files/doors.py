@@ -71,9 +71,8 @@ def refuse_other_files(path: Path) -> None:
     HDF5 or zip file unpacks to much more than its own size: such a file would fill the memory.
     """
     refuse_special(path)
-    state = path.stat()
-    foreign, kind, content, _ = _survey(path, state.st_ino, state.st_mtime_ns, state.st_size)
-    largest = max(_ALWAYS_ALLOWED[kind], _LARGEST_RATIO[kind] * state.st_size)
+    foreign, kind, content, _ = _survey(_StoredFile(path))
+    largest = max(_ALWAYS_ALLOWED[kind], _LARGEST_RATIO[kind] * path.stat().st_size)
     largest = min(largest, _LARGEST_ZIP) if kind == "zip" else largest
     if content > largest:
         sizes = [f"{size / 2**20:.3g} MiB" for size in (largest, content)]
@@ -93,8 +92,7 @@ def refuse_damage(path: Path) -> None:
     The NetCDF library never closes a file that it failed to open.
     """
     refuse_other_files(path)
-    state = path.stat()
-    if fault := _survey(path, state.st_ino, state.st_mtime_ns, state.st_size).fault:
+    if fault := _survey(_StoredFile(path)).fault:
         raise OSError(fault)
 
 
@@ -107,16 +105,32 @@ class _Survey(NamedTuple):
     fault: str = ""  # of a damaged file
 
 
+class _StoredFile:
+    """A file in its present state; equal to itself under another name, as after a temporary file was renamed."""
+
+    def __init__(self, path: Path):
+        state = path.stat()
+        self.path = path
+        self.state = state.st_dev, state.st_ino, state.st_mtime_ns, state.st_size
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _StoredFile) and self.state == other.state
+
+    def __hash__(self) -> int:
+        return hash(self.state)
+
+
 @lru_cache(maxsize=64)
-def _survey(path: Path, *_state: int) -> _Survey:
+def _survey(file: _StoredFile) -> _Survey:
     """Return what a zip or HDF5 file contains."""
+    path = file.path
     try:
         if zipfile.is_zipfile(path):
             with zipfile.ZipFile(path) as archive:
                 return _Survey(kind="zip", content=sum(member.file_size for member in archive.infolist()))
         if h5py.is_hdf5(path):
-            with h5py.File(path) as file:
-                foreign, content = _foreign_data(file)
+            with h5py.File(path) as opened:
+                foreign, content = _foreign_data(opened)
                 return _Survey(foreign, content=content)
     except Refusal:
         raise

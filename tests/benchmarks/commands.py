@@ -1,11 +1,11 @@
 """What whole commands take: processor and wall time, until the first estimate is on the screen, and peak memory.
 
-    python tests/benchmarks/commands.py [help] [import] [places] [paper] [--cold] [--against PATH]
+    python tests/benchmarks/commands.py [help] [import] [places] [paper] [run] [--cold] [--against PATH]
     python tests/benchmarks/commands.py --scans PATH [PATH ...] [--pairs glass polystyrene] [--limit SECONDS]
 
 Each command runs in a process of its own. ``places`` is ``paper`` at four places in place of 64, which compiles the
-same kernels; not with ``--against``. Kernels come from Numba's cache as it is, so that a first run fills it; with
-``--cold`` each command runs with an empty cache, and then with what this holds.
+same kernels; not with ``--against``. ``run`` is README's run on a scan. Kernels come from Numba's cache as it is, so
+that a first run fills it; with ``--cold`` each command runs with an empty cache, and then with what this holds.
 
 ``--against`` runs each command in turn with this package and with another, a checkout or an environment with
 ``bin/python``, and prints the ratios of their processor times: of the whole command, and of its part until the
@@ -39,12 +39,17 @@ _PLACES = """if True:
     run.PLAN = run.PLAN._replace(subregions=(2, 2))
     run.paper(sys.argv[1])"""
 
+#: README's scan and its bodies.
+_SCAN = Path(__file__).resolve().parents[2] / "datasets" / "rough.nc"
+_SPHERE = ["--sphere-radius", "500 nm", "--materials", "glass/silicon"]
+
 #: Arguments of Python, to which the folder of the output is added.
 COMMANDS = {
     "help": lambda out: ["-m", "roughxr", "--help"],
     "import": lambda out: ["-c", "import roughxr"],
     "places": lambda out: ["-c", _PLACES, out],
     "paper": lambda out: ["-m", "roughxr", "paper", "-o", out],
+    "run": lambda out: ["-m", "roughxr", "run", str(_SCAN), *_SPHERE, "-o", out],
 }
 
 #: How a command may end: well, or interrupted, by its own word or by Python's as it closes.
