@@ -5,6 +5,7 @@ They are scalar coordinates, which every result and archive keeps.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -230,13 +231,7 @@ def assign_pair(
         if humidity is not None:
             raise Refusal("medium", "a dry pair across a medium, or humid air", "both", "leave medium or humidity out")
     air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
-    under_liquid: dict[str, float] = {}
-    if air is not None and _is_several(work_of_adhesion):  # without and under the liquid
-        both = _values_of_both(work_of_adhesion, "J/m^2", "work_of_adhesion")
-        adhesion, under = (_work_of_adhesion(surface_energy, work) for work in both)
-        under_liquid["share_under_liquid"] = under / adhesion if under is not None and adhesion else 1.0
-    else:
-        adhesion = _work_of_adhesion(surface_energy, work_of_adhesion)
+    adhesion, under_liquid = _dry_and_under_liquid(surface_energy, work_of_adhesion, is_humid=air is not None)
     values = _stated(
         contact_modulus=_contact_modulus(contact_modulus, *moduli),
         sphere_radius=None if sphere_radius is None else _radius(sphere_radius, ds),
@@ -250,14 +245,30 @@ def assign_pair(
         attracting = bodies if adhesion is hamaker_constant is None else None  # whose own constants set the attraction
         values |= under_liquid
         values |= liquids.liquid_coordinates(values, air, bodies=attracting)
-    out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
-    out = out.assign_coords(values)
+    texts = {"materials": "/".join(materials) if isinstance(materials, tuple) else materials, "medium": medium}
+    out = _without_pair(ds, texts).assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
-    texts = {"materials": "/".join(materials) if isinstance(materials, tuple) else materials, "medium": medium}
-    out.attrs = {name: value for name, value in ds.attrs.items() if name not in texts}
     out.attrs |= {name: str(value) for name, value in texts.items() if value is not None}
     return schema.label(out)
+
+
+def _dry_and_under_liquid(
+    surface_energy: Quantity | None, work: Quantities | None, *, is_humid: bool
+) -> tuple[float | None, dict[str, float]]:
+    """Return the work of adhesion without liquid, and its share under the liquid where both works are stated."""
+    if not is_humid or not _is_several(work):
+        return _work_of_adhesion(surface_energy, work), {}
+    both = _values_of_both(work, "J/m^2", "work_of_adhesion")
+    adhesion, under = (_work_of_adhesion(surface_energy, value) for value in both)
+    return adhesion, {"share_under_liquid": under / adhesion if under is not None and adhesion else 1.0}
+
+
+def _without_pair(ds: xr.Dataset, texts: Iterable[str]) -> xr.Dataset:
+    """Return a Dataset without a pair assigned before, and without attributes of these names."""
+    out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
+    out.attrs = {name: value for name, value in ds.attrs.items() if name not in texts}
+    return out
 
 
 def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium: Quantity = "vacuum") -> float:

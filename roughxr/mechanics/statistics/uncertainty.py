@@ -188,12 +188,8 @@ def bootstrap(
         if is_too_few:
             likelihood.values[1:] = np.nan
         out = _with_likelihood(out, likelihood, sample, ds[name].attrs.get("units", "1"))
-    long_name = ds[name].attrs.get("long_name", name)
-    for variable, prefix in _ENDS_IN_WORDS.items():
-        if variable in out:
-            out[variable].attrs = {"units": units, "long_name": prefix + long_name}
     described = {"variable": name, "confidence": confidence, "samples": sample.values.size}
-    out.attrs = described | out.attrs | {"missing": sample.missing}
+    out = _named_ends(out, ds[name], units).assign_attrs(described | out.attrs | {"missing": sample.missing})
     if is_too_few:
         of = f"{number(count, digits=2)} of {sample.values.size}"
         out.attrs["no_interval"] = (
@@ -202,6 +198,15 @@ def bootstrap(
     if sample_dimension(map_samples(ds, name), name) == "subregion" and "debris_share" not in ds.coords:
         out.attrs["missed_share"] = missed_share(count, 1 - confidence)
     return schema.label(out)
+
+
+def _named_ends(out: xr.Dataset, variable: xr.DataArray, units: str) -> xr.Dataset:
+    """Return statistics of a variable and their intervals with units and long names."""
+    long_name = variable.attrs.get("long_name", variable.name)
+    for name, prefix in _ENDS_IN_WORDS.items():
+        if name in out:
+            out[name].attrs = {"units": units, "long_name": prefix + long_name}
+    return out
 
 
 def _labels(statistics: Sequence[str]) -> list[str]:

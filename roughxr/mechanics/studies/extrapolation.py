@@ -222,30 +222,13 @@ def real_pull_off(
     end = _SHORTEST_WAVELENGTH if shortest is None else positive(shortest, "nm", "shortest")
     pull_off = at_first_preload(solved)
     scanned = mean_pull_off(pull_off)
-    mean, low, high = (float(scanned[name]) for name in ("pull_off_force", "low", "high"))
-    if np.isnan(low):
-        places = int(scanned["places"])
-        independent = float(scanned["independent_places"])
-        raise Refusal(
-            "subregions",
-            "enough independent places for an interval",
-            f"{places} that adhere" + f", {number(independent, digits=2)} of them independent" * (places > 1),
-            "take a larger grid or a larger scan",
-        )
+    _need_interval(scanned)
     unseen, noise = _unseen_factor(ds, solved, end, finer, measured, force_std)
-    errors = {PLACES: KnownError(np.log(mean / low), np.log(high / mean)), UNSEEN: unseen.error}
-    errors |= {name: symmetric_error(error) for name, error in _pair_errors(budget).items()}
-    if finer is not None:
-        errors[SECOND_SCAN_NOISE] = symmetric_error(noise)
-    if MESH not in errors or not np.isfinite(errors[MESH].below):
-        numerical = float(np.nan_to_num(mesh_error(pull_off)))
-        errors[MESH] = KnownError(numerical, numerical)
-    if pressed := pressed_means(pull_off):
-        errors[PRESSING] = KnownError(np.log(mean / pressed[0]), np.log(pressed[1] / mean))
-    remaining = (
-        dict.fromkeys(errors, symmetric_error(0.0)) | {UNSEEN: errors[UNSEEN]} | _after_second_scan(ds, finer, end)
-    )
+    errors = _known_errors(pull_off, scanned, unseen.error, budget, noise if finer is not None else None)
+    remaining = dict.fromkeys(errors, symmetric_error(0.0)) | {UNSEEN: unseen.error}
+    remaining |= _after_second_scan(ds, finer, end)
     factor = float(np.exp(unseen.log))
+    mean = float(scanned["pull_off_force"])
     best = factor * mean
     ends = total_error(*errors.values())
     narrowed = {name: total_error(*(errors | {name: remaining[name]}).values()) for name in errors}
@@ -275,6 +258,37 @@ def real_pull_off(
     if (noise_rms := noise_limit(ds)) > read_pair(ds).range:
         out.attrs["noise_limit"] = noise_rms
     return schema.label(out)
+
+
+def _need_interval(scanned: xr.Dataset) -> None:
+    """Raise where a mean has no interval, since its places are too few."""
+    if np.isfinite(scanned["low"]):
+        return
+    places = int(scanned["places"])
+    independent = float(scanned["independent_places"])
+    raise Refusal(
+        "subregions",
+        "enough independent places for an interval",
+        f"{places} that adhere" + f", {number(independent, digits=2)} of them independent" * (places > 1),
+        "take a larger grid or a larger scan",
+    )
+
+
+def _known_errors(
+    pull_off: xr.Dataset, scanned: xr.Dataset, unseen: KnownError, budget: xr.Dataset | None, noise: float | None
+) -> dict[str, KnownError]:
+    """Return the errors of the real pull-off by their sources; ``noise`` is the standard deviation by a second scan."""
+    mean, low, high = (float(scanned[name]) for name in ("pull_off_force", "low", "high"))
+    errors = {PLACES: KnownError(np.log(mean / low), np.log(high / mean)), UNSEEN: unseen}
+    errors |= {name: symmetric_error(error) for name, error in _pair_errors(budget).items()}
+    if noise is not None:
+        errors[SECOND_SCAN_NOISE] = symmetric_error(noise)
+    if MESH not in errors or not np.isfinite(errors[MESH].below):
+        numerical = float(np.nan_to_num(mesh_error(pull_off)))
+        errors[MESH] = KnownError(numerical, numerical)
+    if pressed := pressed_means(pull_off):
+        errors[PRESSING] = KnownError(np.log(mean / pressed[0]), np.log(pressed[1] / mean))
+    return errors
 
 
 def _after_second_scan(ds: xr.Dataset, finer: xr.Dataset | None, end: float) -> dict[str, KnownError]:

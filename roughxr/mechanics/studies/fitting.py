@@ -14,7 +14,7 @@ from ..asperity.pull_off_maps import pull_off_map
 from ..bodies.layer import stiffened
 from ..bodies.pair_record import read_pair
 from ..contact.adhesion import adhesive
-from ..statistics.sampling import limits_in_words, refuse_conditions, samples
+from ..statistics.sampling import Samples, limits_in_words, refuse_conditions, samples
 from ..vocabulary import schema
 from ..vocabulary.calls import check_call
 from ..vocabulary.error_sources import UNSEEN
@@ -118,15 +118,7 @@ def fit_pair(
     force_std = single(force_std, "1", "force_std", "a relative error from 0 to below 1", lambda part: 0 <= part < 1)
     check_call(METHODS[method][0], (ds,), options, f"{__package__}.fit_pair")
     read_pair(ds, "contact_modulus", "work_of_adhesion", dry=True)
-    refuse_conditions(measured, "measured")
-    forces = samples(measured, "pull_off_force", quiet=True)
-    if low := int((forces.values <= 0).sum()):
-        raise Refusal(
-            "measured",
-            "positive pull-off forces",
-            f"{low} of {forces.values.size} at zero or below",
-            "leave them out with measured.where(measured.pull_off_force > 0), which biases the mean upwards",
-        )
+    forces = _positive_forces(measured)
     options = {"subregions": METHODS[method][1] if subregions is None else subregions, **options}
     predict = _Prediction(ds, method, options, extrapolation)
     start = float(ds["work_of_adhesion"]) or 0.1
@@ -152,6 +144,20 @@ def fit_pair(
         out.attrs["left_out"] = list(fitted.left_out)
     out.attrs |= {"contact_modulus": float(ds["contact_modulus"]), "extrapolated": int(extrapolation is not None)}
     return schema.label(out)
+
+
+def _positive_forces(measured: xr.Dataset) -> Samples:
+    """Return the measured forces; raise unless they are of one condition and positive."""
+    refuse_conditions(measured, "measured")
+    forces = samples(measured, "pull_off_force", quiet=True)
+    if low := int((forces.values <= 0).sum()):
+        raise Refusal(
+            "measured",
+            "positive pull-off forces",
+            f"{low} of {forces.values.size} at zero or below",
+            "leave them out with measured.where(measured.pull_off_force > 0), which biases the mean upwards",
+        )
+    return forces
 
 
 def _method_error(pull: xr.Dataset, method: str) -> float:
