@@ -682,7 +682,7 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     assert "wafer-4/report.html" in page and (tmp_path / "wafer" / "wafer-4" / "report.html").exists()
     assert "torn.nc" in page
     assert "<dt>materials</dt><dd>glass/silicon</dd>" in page and "its 95 % interval" in page
-    assert "all errors as scanned (one standard deviation)" in page
+    assert "all errors as scanned (half width of the 95 % interval)" in page
 
 
 def test_a_file_is_no_place_for_a_run(tmp_path, capsys):

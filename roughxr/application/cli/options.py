@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from collections.abc import Sequence
 from typing import Any
 
 from ..._version import __version__
@@ -87,6 +88,14 @@ _AIR = (
 BODIES, AIR = ([flag.removeprefix("--").replace("-", "_") for flag, *_ in rows] for rows in (_BODIES, _AIR))
 
 
+#: What is expected of a value, by its type.
+_NUMBERS = {
+    float: "a number without a unit",
+    share: "a number without a unit, or per cent as 90%",
+    int: "a whole number",
+}
+
+
 class Parser(argparse.ArgumentParser):
     """A parser whose options may also stand in a file, ``--config``; it names the option nearest to a misspelt one."""
 
@@ -95,8 +104,17 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse as argparse does, after a search for misspelt options of a command."""
         args = _with_negative_values(args)
-        options = set(re.findall(r"(?<!\S)--[a-z][a-z-]*", self.format_help()))
-        for word in args or ():
+        self._refuse_misspelt(args or ())
+        in_file = config.namespace_of_file(args or (), self)
+        parsed, surplus = super().parse_known_args(args, in_file or namespace)
+        if surplus:
+            self._refuse_surplus(args, surplus[0])
+        return parsed, surplus
+
+    def _refuse_misspelt(self, args: Sequence[str]) -> None:
+        """End for a command or an option that does not exist, with the nearest that does."""
+        options = {flag for action in self._actions for flag in action.option_strings if flag.startswith("--")}
+        for word in args:
             option = word.partition("=")[0]
             if self.commands is not None and not option.startswith("-"):
                 if option not in (names := self.commands.choices):
@@ -111,34 +129,43 @@ class Parser(argparse.ArgumentParser):
                 self.error(f"unknown option {option}: {advice}")
             if option.startswith("--") and not any(name.startswith(option) for name in options):
                 self.error(f"unknown option {option}{did_you_mean(option, options)}")
-        in_file = config.namespace_of_file(args or (), self)
-        parsed, surplus = super().parse_known_args(args, in_file or namespace)
-        if surplus:
-            if surplus[0].startswith("-"):
-                self.error(f"unknown option {surplus[0]}")
-            before = args[: args.index(surplus[0])][-2:]
-            if not any(word.startswith("-") for word in before):
-                taken = [action.metavar or action.dest for action in self._actions if not action.option_strings]
-                self.error(f"unexpected {surplus[0]}: expected {' and '.join(map(str, taken)) or 'options'} alone")
-            self.error(
-                f"unexpected {surplus[0]} after {' '.join(before)}: quote values that contain spaces, such as '3 um', "
-                "and join two bodies, as glass/silicon"
-            )
-        return parsed, surplus
+
+    def _refuse_surplus(self, args: Sequence[str], word: str) -> None:
+        """End for a word that belongs to no option, with a reason."""
+        if word.startswith("-"):
+            self.error(f"unknown option {word}")
+        before = args[: args.index(word)][-2:]
+        if not any(previous.startswith("-") for previous in before):
+            taken = [action.metavar or action.dest for action in self._actions if not action.option_strings]
+            self.error(f"unexpected {word}: expected {' and '.join(map(str, taken)) or 'options'} alone")
+        self.error(
+            f"unexpected {word} after {' '.join(before)}: quote values that contain spaces, such as '3 um', "
+            "and join two bodies, as glass/silicon"
+        )
+
+    def _match_argument(self, action: argparse.Action, arg_strings_pattern: str) -> int:
+        """Count the values of an option as argparse does; of an option that lacks one, name its values."""
+        try:
+            return super()._match_argument(action, arg_strings_pattern)  # type: ignore[misc]
+        except argparse.ArgumentError as error:
+            if not isinstance(action.nargs, int):
+                raise
+            names = action.metavar if isinstance(action.metavar, tuple) else (action.metavar,) * action.nargs
+            raise argparse.ArgumentError(action, f"{error.message}, {' '.join(map(str, names))}") from error
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        """Convert a value as argparse does; name what is expected of a number."""
+        convert: Any = action.type
+        if convert not in _NUMBERS:
+            return super()._get_value(action, arg_string)  # type: ignore[misc]
+        try:
+            return convert(arg_string)
+        except ValueError as error:
+            expected = f"expected {_NUMBERS[convert]}, found {arg_string!r}"
+            raise argparse.ArgumentError(action, expected) from error
 
     def error(self, message: str) -> Any:
-        """Print one line, and end; of an option that lacks a value, the names of its values, as in the usage."""
-        lacking = re.match(r"argument (--[a-z-]+): expected \d+ arguments", message)
-        if lacking:
-            values = re.search(rf"{lacking[1]} ([A-Z ]+)", " ".join(self.format_usage().split()))
-            message = f"{message}, {values[1].strip()}" if values else message
-        kinds = {
-            "float": "a number without a unit",
-            "share": "a number without a unit, or per cent as 90%",
-            "int": "a whole number",
-        }
-        for kind, meant in kinds.items():
-            message = message.replace(f"invalid {kind} value:", f"expected {meant}, found")
+        """Print one line, and end."""
         self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
 
 
