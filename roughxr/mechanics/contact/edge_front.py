@@ -287,8 +287,10 @@ def front_cycles(place: Place, problem: Problem, adhesion: Adhesion) -> FrontCyc
     pressed = _pressed_pull_offs(coarse, points.halved.step, coarse_cycles, adhesion.preloads) / coarse_pulls
     cycles = _cycles(edge_on(circles), points.step, adhesion.preloads)
     pulls = _pull_offs(cycles)
-    splined = edge_on(circles_at(place_within(place, axes, points), on_pixels, points.halved))
-    splined_pulls = _pull_offs(_cycles(splined, points.halved.step, adhesion.preloads))
+    splined_pulls = coarse_pulls
+    if on_cells.refine > 1:  # else points are wider than pixels, between which the same splines interpolate
+        splined = edge_on(circles_at(place_within(place, axes, points), on_pixels, points.halved))
+        splined_pulls = _pull_offs(_cycles(splined, points.halved.step, adhesion.preloads))
     errors = {
         "mesh_error": np.abs(coarse_pulls / pulls - 1),
         "interpolation_error": np.abs(splined_pulls / coarse_pulls - 1),
