@@ -177,20 +177,37 @@ def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float, 
     x = x - x[0]
     # 24 stretches, of which the one with the least error is taken
     counts = np.unique(np.geomspace(max(shortest * x.size, min(_LEAST_BINS, x.size)), x.size, 24).astype(int))
-    sums = np.cumsum(np.stack([x, x**2, y, x * y, y**2]), axis=1)[:, counts - 1] / counts
-    variance_x, variance_y = sums[1] - sums[0] ** 2, sums[4] - sums[2] ** 2
-    tilt = (sums[3] - sums[0] * sums[2]) / np.maximum(variance_x, 1e-300)
-    misfit = np.maximum(variance_y - tilt**2 * variance_x, 0.0) * counts / np.maximum(counts - 2, 1)
+    lines = _lines_through(x, y, counts)
     white = noise**2 / width
-    distance = at - bin_means(z, width)[-1] - sums[0]
-    level_variance = white / counts + np.maximum(misfit - white, 0.0)
-    variance = level_variance * (1 + distance**2 / np.maximum(variance_x, 1e-300))
+    distance = at - bin_means(z, width)[-1] - lines.centre
+    level_variance = white / counts + np.maximum(lines.misfit - white, 0.0)
+    variance = level_variance * (1 + distance**2 / lines.variance)
     best = int(np.argmin(variance))
     length = x[counts[best] - 1]
-    bend = _BEND * max(3 * (2 * distance[best] / length) ** 2 - 1, 0.0) * np.sqrt(misfit[best] / counts[best])
-    level = float(sums[2, best] + tilt[best] * distance[best])
+    bend = _BEND * max(3 * (2 * distance[best] / length) ** 2 - 1, 0.0) * np.sqrt(lines.misfit[best] / counts[best])
+    level = float(lines.level[best] + lines.tilt[best] * distance[best])
     end = float(length + bin_means(z, width)[-1])
-    return Baseline(at, level, float(tilt[best]), np.sqrt(variance[best] + bend**2), 0.0, end, noise=noise)
+    return Baseline(at, level, float(lines.tilt[best]), np.sqrt(variance[best] + bend**2), 0.0, end, noise=noise)
+
+
+class _Lines(NamedTuple):
+    """Straight lines of least squares through the first values, by their counts."""
+
+    centre: np.ndarray  # mean x
+    level: np.ndarray  # mean y
+    tilt: np.ndarray
+    variance: np.ndarray  # of x
+    misfit: np.ndarray  # variance of y about the line
+
+
+def _lines_through(x: np.ndarray, y: np.ndarray, counts: np.ndarray) -> _Lines:
+    """Return the lines through the first values of each count."""
+    sums = np.cumsum(np.stack([x, x**2, y, x * y, y**2]), axis=1)[:, counts - 1] / counts
+    variance_x, variance_y = sums[1] - sums[0] ** 2, sums[4] - sums[2] ** 2
+    positive = np.maximum(variance_x, 1e-300)
+    tilt = (sums[3] - sums[0] * sums[2]) / positive
+    misfit = np.maximum(variance_y - tilt**2 * variance_x, 0.0) * counts / np.maximum(counts - 2, 1)
+    return _Lines(sums[0], sums[2], tilt, positive, misfit)
 
 
 def extrapolated_level(force: np.ndarray, gap: int, noise: float) -> tuple[float, float]:

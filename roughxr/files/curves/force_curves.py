@@ -591,8 +591,46 @@ def _line_after_jump(
     tilt, offset = line_through(z[first:] - at, force[first:])
     flat = force - offset - tilt * (z - at)
     later = [rupture for rupture in losses if rupture.end > first + _RUPTURE_SAMPLES]
+    free = _free_level(flat, lowest, first, later, straight.force(at) - offset, noise)
+    if not free.error < np.inf:
+        return straight
+    if free.beyond > first and straight.error(at) < free.error:
+        # a kink of interference looks like a slow step: the middle is taken
+        unsure = 0.0 if later else free.tension / 2
+        error = np.hypot(straight.level_error, unsure)
+        return straight._replace(level=straight.level - unsure, level_error=error)
+    level = free.level
+    doubt = max(abs(level) / 2 if free.beyond == first else 0.0, float(flat[free.beyond :].std()))
+    tail = straight.force(at) - offset - level
+    # a stretch this long, as a share of the free part, may end in the tail of a weak tension that no jump ends
+    is_long = straight.longest - z[-1] > 0.4 * (at - z[-1])
+    spread = 0.0
+    if is_long and abs(tail) > 2 * np.hypot(straight.error(at), free.error):
+        level += tail / 2
+        spread = abs(tail) / 2
+    error = np.hypot(free.error, doubt)
+    length = z[first] - z[-1]
+    interference = np.sqrt(6) * flat[first:].std()  # of two periods or so
+    tilt_error = np.hypot(noise * np.sqrt(12 / flat[first:].size), interference) / length
+    noise = max(noise, straight.noise)
+    return Baseline(at, offset + level, tilt, error, tilt_error, z[free.beyond], straight.longest, noise, spread)
+
+
+class _FreeLevel(NamedTuple):
+    """The force of the free cantilever at the lowest sample, less a straight line; nN."""
+
+    level: float
+    error: float
+    tension: float  # left after the jump, if the straight baseline is right
+    beyond: int  # first sample after all losses of tension
+
+
+def _free_level(
+    flat: np.ndarray, lowest: int, first: int, later: list[_Rupture], straight_level: float, noise: float
+) -> _FreeLevel:
+    """Return the level by the samples after the jump, or by those after later losses of tension."""
     level, error = extrapolated_level(flat[first:], first - lowest, noise)
-    tension = straight.force(at) - offset - level  # that is left after the jump, if the line is right
+    tension = straight_level - level
     count, height = last_step(flat[first:], noise) if later or tension > 0 else (0, 0.0)
     beyond = max([first + count, *(rupture.end + 1 for rupture in later)])
     tension_after = max(height, sum(rupture.height for rupture in later))
@@ -601,27 +639,7 @@ def _line_after_jump(
         level, error = extrapolated_level(flat[beyond:], beyond - lowest, noise)
         levels.append((error, level))
     error, level = min(levels)
-    if not error < np.inf:
-        return straight
-    if beyond > first and straight.error(at) < error:
-        # a kink of interference looks like a slow step: the middle is taken
-        unsure = 0.0 if later else tension / 2
-        error = np.hypot(straight.level_error, unsure)
-        return straight._replace(level=straight.level - unsure, level_error=error)
-    doubt = max(abs(level) / 2 if beyond == first else 0.0, float(flat[beyond:].std()))
-    tail = straight.force(at) - offset - level
-    # a stretch this long, as a share of the free part, may end in the tail of a weak tension that no jump ends
-    is_long = straight.longest - z[-1] > 0.4 * (at - z[-1])
-    spread = 0.0
-    if is_long and abs(tail) > 2 * np.hypot(straight.error(at), error):
-        level += tail / 2
-        spread = abs(tail) / 2
-    error = np.hypot(error, doubt)
-    length = z[first] - z[-1]
-    interference = np.sqrt(6) * flat[first:].std()  # of two periods or so
-    tilt_error = np.hypot(noise * np.sqrt(12 / flat[first:].size), interference) / length
-    noise = max(noise, straight.noise)
-    return Baseline(at, offset + level, tilt, error, tilt_error, z[beyond], straight.longest, noise, spread)
+    return _FreeLevel(level, error, tension, beyond)
 
 
 class _Rupture(NamedTuple):
@@ -758,8 +776,8 @@ def _parabola(
     centre = (time[used.start] + time[used.stop - 1]) / 2
     scale = time[used.stop - 1] - centre
     x = (time[slice(*ends)] - centre) / scale
-    design = x[:, None] ** np.arange(3)
     window = slice(used.start - ends[0], used.stop - ends[0])
+    design = x[:, None] ** np.arange(3)
     covariance = np.linalg.inv(design[window].T @ design[window])
     coefficients = covariance @ (force[used] @ design[window])
     height = design @ coefficients

@@ -174,6 +174,11 @@ class _Movie(NamedTuple):
     bits: int
     frame_count: int
 
+    @property
+    def frame_size(self) -> int:
+        """The bytes of a frame."""
+        return self.before + 2 * self.columns * self.rows
+
 
 def _asd_movie(head: bytes) -> _Movie:
     """Return what a header of version 0, or of 1 and 2, states."""
@@ -198,8 +203,7 @@ def asd_channels(path: Path) -> list[Channel]:
         raise UnreadableScan(
             path, "frames with pixels", f"{movie.frame_count} of {shape[1]} x {shape[0]} pixels: damaged"
         )
-    frame = movie.before + 2 * shape[0] * shape[1]
-    frames = frame * movie.frame_count * len(names)
+    frames = movie.frame_size * movie.frame_count * len(names)
     start = movie.start if movie.start >= _VERSION_0.size else path.stat().st_size - frames
     refuse_other_size(path, max(start, _VERSION_0.size) + frames)
     if movie.code not in _VOLTS or not 0 < movie.bits <= 32:
@@ -209,7 +213,7 @@ def asd_channels(path: Path) -> list[Channel]:
     images: list[Channel] = []
     for name, number in product(names, range(1, movie.frame_count + 1)):
         units, scale = ("nm", -movie.per_volt) if name == "Topography" else ("V", 1.0)
-        offset = start + len(images) * frame + movie.before
+        offset = start + len(images) * movie.frame_size + movie.before
         read = partial(_asd_rows, path, offset, shape, (high - low) / 2**movie.bits * scale, low * scale)
         title = f"{name} {number}" if movie.frame_count > 1 else name
         images.append(Channel(title, units, shape, movie.size, "nm", read, "", {"frame": number, **header}))
