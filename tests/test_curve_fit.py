@@ -121,6 +121,7 @@ def test_a_map_is_its_curves_and_keeps_its_places():
     whole = xr.concat([curve.isel(sample=slice(0, n)) for curve in curves], "subregion", combine_attrs="override")
     whole = whole.assign_coords(subregion_x=("subregion", [0.0, 1.0, 2.0], {"units": "um"}))
     fit = whole.contact.fit_curve(sphere_radius="2 um")
+    assert roughxr.schema.history(fit)[-1]["arguments"] == {"sphere_radius": "2 um"}
     np.testing.assert_allclose(fit.subregion_x, [0, 1000, 2000])
     for k in range(3):
         alone = roughxr.fit_curve(whole.isel(subregion=k), sphere_radius=2000)

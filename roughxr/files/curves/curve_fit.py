@@ -112,6 +112,7 @@ class MisfittingCurves(RoughxrWarning):
     """
 
 
+@schema.recorded
 def fit_curve(
     ds: xr.Dataset,
     *,
@@ -234,7 +235,7 @@ def fit_curve(
         "missing": "NaN where reason says why",
     }
     _warn_of_misfit(fits["misfit"])
-    return finish(schema.record(schema.label(out), "fit_curve", ds, law=law, **errors, confidence=confidence))
+    return finish(schema.label(out))
 
 
 def _warn_of_misfit(ratios: np.ndarray) -> None:

@@ -128,6 +128,7 @@ class _CurveResults(NamedTuple):
     reason: str = ""
 
 
+@schema.recorded
 def curves_pull_off(
     ds: xr.Dataset, *, spring_constant: Quantity | None = None, baseline: float | tuple[float, float] = 1.0
 ) -> xr.Dataset:
@@ -222,7 +223,7 @@ def curves_pull_off(
     _warn_of_slope(out["contact_slope"].values, stiffness)
     out.attrs = {"measured": "force-distance curves", "baseline": stretch, "missing": "NaN where reason says why"}
     out.attrs |= {} if np.isinf(stiffness) else {"spring_constant": stiffness}
-    return schema.record(schema.label(out), "curves_pull_off", ds, spring_constant=spring_constant, baseline=baseline)
+    return schema.label(out)
 
 
 def _stated_stretch(baseline: Any) -> float | tuple[float, float]:
