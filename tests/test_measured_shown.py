@@ -70,6 +70,12 @@ def test_a_prediction_as_scanned_is_set_beside_the_best_estimate():
     assert "best estimate is 43 nN (95 % interval 11 … 87 nN), 0.7 times the prediction" in first
 
 
+def test_a_measured_mean_without_interval_neither_agrees_nor_disagrees():
+    means = xr.Dataset({"predicted": 61.0, "measured_low": np.nan, "measured_high": np.nan})
+    _, second = sentences._means_in_words(means, 43.0, 11.0, 87.0)
+    assert "too few independent forces are measured for an interval" in second and "agree" not in second
+
+
 @pytest.mark.door
 def test_a_comparison_with_a_best_estimate_has_one_verdict(run, capsys):
     """By all known errors, which the test of the distributions as scanned leaves out, at whatever probability."""

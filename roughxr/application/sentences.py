@@ -76,7 +76,10 @@ def _means_in_words(means: xr.Dataset, best: float, low: float, high: float) -> 
         if overlap
         else "they disagree"
     )
-    if overlap and is_too_wide(low, high):
+    if not np.isfinite([float(means["measured_low"]), float(means["measured_high"])]).all():
+        relation = "cannot be compared with"
+        decided = "too few independent forces are measured for an interval"
+    elif overlap and is_too_wide(low, high):
         decided = "it is too wide to decide"
     return [
         f"{AS_SCANNED} With it the best estimate is {with_interval(best, low, high)}, {ratio} times the prediction.",
