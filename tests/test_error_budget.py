@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 import roughxr
 from roughxr import archive, figures
 from roughxr.application import report
+from roughxr.application.report.run_tables import budget_table
 from roughxr.application.report.summary import BUDGET
 from roughxr.mechanics.studies import budget_changes
 from roughxr.mechanics.studies.assumptions import CHANGES
@@ -148,7 +149,9 @@ def test_the_total_has_a_standard_error_by_the_places_of_its_changes(rough):
         and int(sixteen_places.places.sel(entry="work of adhesion")) == 16
     )
     assert float(sixteen_places.total_standard_error) < float(four_places.total_standard_error)
-    assert "Each change is solved at 4 of 16 places" in four_places.attrs["decided"]
+    assert (four_places.changed_places, four_places.solved_places) == (4, 16)
+    total = budget_table({BUDGET: four_places}).loc["all of these"]
+    assert "Each change is solved at 4 of 16 places" in total["how it was computed"]
 
 
 def test_what_a_run_has_solved_on_the_finer_mesh_is_not_solved_again(rough, monkeypatch):
@@ -168,9 +171,9 @@ def test_the_budget_computes_the_mean_that_the_simulation_does(rough):
     single_place = error_budget(rough, places=1, settings={"work of adhesion": [1.1]}, **options)
     alone = roughxr.adhesive(rough, **options)
     assert float(single_place.pull_off_mean) == float(alone.pull_off_force.mean())
-    assert (
-        single_place.places.sel(entry="work of adhesion") == 1 and "places are too few" in single_place.attrs["decided"]
-    )
+    assert single_place.places.sel(entry="work of adhesion") == 1
+    total = budget_table({BUDGET: single_place}).loc["all of these"]
+    assert "places are too few" in total["how it was computed"]
 
 
 def test_places_that_cannot_be_followed_are_counted(rough, solved, monkeypatch):
@@ -240,7 +243,7 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     assert f"without its known bias, 25 %, is {mean}." in report.headline(biased)
     table = report.tables(run)["Error budget of the mean pull-off"]
     assert table.index[-1] == "all of these" and " ± " in table["error [%]"]["work of adhesion"]
-    assert budget.attrs["decided"] in table["how it was computed"]["all of these"]
+    assert "The total is known to ± " in table["how it was computed"]["all of these"]
     run["solutions/adhesive"] = solved.assign(pull_off_resolution=0.7 * solved.mesh)
     assert any("a radius of 0.7 pixels" in said for said in report.cautions(run))
     assert report.headline({"scan": rough}) == ""

@@ -10,7 +10,6 @@ import pandas as pd
 import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
-from ...mechanics.studies.uncertainty_budget import accuracy_words
 from ...mechanics.vocabulary.error_sources import UNSEEN, total_std
 from ...mechanics.vocabulary.numbers import number, percent, value_and_interval, with_error
 from ..headline import best_estimate
@@ -59,7 +58,7 @@ def budget_table(run: Run) -> pd.DataFrame:
     values = (budget[name].values for name in ("relative_std", "standard_error", "pull_off_change", "how"))
     rows = {str(name): _budget_row(*row) for name, *row in zip(budget["entry"].values, *values)}
     shift = float(budget["pull_off_corrected"] / budget["pull_off_mean"]) - 1
-    how = f"root of the sum of squares. {budget.attrs.get('decided', '')}".strip()
+    how = f"root of the sum of squares. {_accuracy_of_total(run)}"
     rows["all of these"] = _budget_row(float(budget["total_std"]), float(budget["total_standard_error"]), shift, how)
     columns = ["error [%]", "change [%]", "how it was computed"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("entry")
@@ -78,12 +77,22 @@ def full_budget(run: Run) -> xr.Dataset:
     variables += ["pull_off_corrected", "pull_off_mean"]
     row = {"relative_std": unseen, "known_bias": False, "how": how}
     out = budget[variables].reindex(entry=[*budget["entry"].values, UNSEEN], fill_value=row)
-    seen = f"Without roughness finer than {finest} the total is {percent(budget['total_std'])}"
-    accuracy = accuracy_words(float(budget["total_std"]), float(budget["total_standard_error"]))
-    decided = f"{seen}, which {accuracy}; the error of the entry of that roughness is not known."
-    return out.assign(total_std=total_std(out["relative_std"]), total_standard_error=np.nan).assign_attrs(
-        budget.attrs, decided=decided
-    )
+    return out.assign(total_std=total_std(out["relative_std"]), total_standard_error=np.nan)
+
+
+def _accuracy_of_total(run: Run) -> str:
+    """Return how well the total of a run's budget is known, without the roughness that the scan does not show."""
+    budget = run[BUDGET]
+    total, deviation = (float(budget[name]) for name in ("total_std", "total_standard_error"))
+    accuracy = "has no error of its own, since places are too few"
+    if deviation >= 0:
+        accuracy = f"is known to ± {percent(deviation / total)}"
+    if best_estimate(run) is None:
+        places = f"{budget.attrs['changed_places']} of {budget.attrs['solved_places']} places"
+        return f"The total {accuracy}. Each change is solved at {places}."
+    finest = number(float(run["statistics/extrapolated"]["finest_shown"]), "nm", 2)
+    seen = f"Without roughness finer than {finest} the total is {percent(total)}"
+    return f"{seen}, which {accuracy}; the error of the entry of that roughness is not known."
 
 
 def _budget_row(error: float, deviation: float, change: float, how: str) -> list[str]:

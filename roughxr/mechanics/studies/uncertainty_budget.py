@@ -29,7 +29,6 @@ from ..statistics.sampling import by_share, place_order, shares
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, MESH, RANGE, SAMPLING, THIN, total_std
-from ..vocabulary.numbers import percent
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 from ..vocabulary.units import Places, whole_number
@@ -101,7 +100,8 @@ def error_budget(
         sign; ``known_bias``, whether it is subtracted; ``slope``, d ln F/d ln parameter, if the change multiplies a
         parameter; ``places`` at which it is known, and ``how``. ``total_std``, the root of the sum of squares of all
         computed entries, and ``total_standard_error``; ``pull_off_mean`` (nN), that of `adhesive`, and
-        ``pull_off_corrected``, without known biases. The attribute ``decided`` states the accuracy of the total.
+        ``pull_off_corrected``, without known biases. Each change is solved at ``changed_places`` of the
+        ``solved_places`` (attributes).
 
     Raises
     ------
@@ -202,17 +202,8 @@ def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], me
     out = xr.Dataset({name: ("entry", values) for name, values in columns.items()} | scalars, {"entry": list(entries)})
     out["standard_error"].attrs["units"] = "1"
     out = out.assign_coords(schema.pair_coordinates(ds))
-    accuracy = accuracy_words(total, total_deviation)
-    decided = f"The total {accuracy}. Each change is solved at {count} of {solved.sizes['subregion']} places."
-    out.attrs = {"law": solved.attrs["law"], "decided": decided}
+    out.attrs = {"law": solved.attrs["law"], "changed_places": count, "solved_places": solved.sizes["subregion"]}
     return schema.label(out)
-
-
-def accuracy_words(total: float, deviation: float) -> str:
-    """Return how well a total is known by its standard error."""
-    if deviation >= 0:
-        return f"is known to ± {percent(deviation / total)}"
-    return "has no error of its own, since places are too few"
 
 
 def _total(entries: Mapping[str, _Entry]) -> tuple[float, float]:
