@@ -8,6 +8,7 @@ import io
 import re
 import shlex
 import warnings
+from argparse import Namespace
 from pathlib import Path
 from string import Formatter
 from urllib.parse import urljoin, urlsplit
@@ -21,6 +22,7 @@ import xarray as xr
 import roughxr
 from roughxr import application, archive, figures
 from roughxr.application import cli, report
+from roughxr.application.cli import detach
 from roughxr.application.headline import answer_lines
 from roughxr.application.report import report_page
 from roughxr.application.report.report_page import methods
@@ -226,6 +228,20 @@ def test_places_that_leave_without_a_flow_count_at_zero_and_all_modes_add_up(run
     away = 100 * float(by_share(xr.where(speed.isnull(), 1.0, 0.0)).mean())
     assert table["places where the sphere rolls off without a flow [%]"] == pytest.approx(away, abs=1)
     assert table["critical friction velocity, 5 % [m/s]"] == table["critical friction velocity, median [m/s]"] == 0
+
+
+def test_runs_of_different_flows_state_each_its_own(run, capsys):
+    """The fluid and the method of the last run stood above the numbers of all."""
+    critical = run["statistics/detachment"]
+    options = Namespace(remove=None, picture=None)
+    criticals = {"dry": critical, "wet": critical}
+    detach._print_runs(criticals, {"dry": "flow of air", "wet": "flow of water"}, options)
+    head, _, *rows = capsys.readouterr().out.splitlines()
+    assert "(load and method of each run):" in head and "flow of" not in head
+    assert [row.split()[0] for row in rows] == ["dry", "wet"]
+    assert rows[0].endswith("flow of air") and rows[1].endswith("flow of water")
+    detach._print_runs(criticals, dict.fromkeys(criticals, "flow of air"), options)
+    assert capsys.readouterr().out.splitlines()[0].endswith("(flow of air):")
 
 
 def test_random_surfaces_of_a_place_are_no_places(run, capsys):

@@ -66,9 +66,9 @@ def detach(options: Namespace) -> None:
     """Print the critical strength for a run, or a row for each run in a folder, and write the files."""
     runs = _runs(Path(options.run))
     tables = {}
-    rows = {}
     media = set[str]()
     criticals = {}
+    titles = {}
     files = [f"--{name}" for name in ("parameters", "dem") if getattr(options, name)]
     if files and len(runs) > 1:
         raise Refusal(", ".join(files), "one run", f"several in {options.run}", "name one of them")
@@ -80,18 +80,13 @@ def detach(options: Namespace) -> None:
         table = adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
         tables[name] = place_table(table, label)
         criticals[name] = critical
-        rows[name] = _row(critical, options.remove)
+        titles[name] = title
         if len(runs) == 1:
             _print_critical(critical, moments, title)
             _print_removal(critical, moments, options)
             _write_files(options, critical, moments, title)
     if len(runs) > 1:
-        print(f"{_strength(critical).attrs['long_name']} ({title}):")
-        print(pd.DataFrame.from_dict(rows, orient="index").to_string())
-        if options.picture:
-            axes = removed_share(criticals, ax=Figure(figsize=(4.2, 3.2), layout="constrained").subplots())
-            axes.set_title(title, fontsize=SMALL)
-            save_picture(axes.figure, options.picture)
+        _print_runs(criticals, titles, options)
     if options.fluid:
         fluids = " or ".join(sorted(media))
         print(f"adhesion is that of the run, in {fluids}; the flow of {options.fluid} does not change it")
@@ -100,6 +95,23 @@ def detach(options: Namespace) -> None:
         if len(runs) > 1:
             table = xr.concat(tables.values(), "scan", data_vars="all", coords="minimal", compat="override")
         print(f"written to {exports.to_table(table, options.output)}")
+
+
+def _print_runs(criticals: Mapping[str, xr.Dataset], titles: Mapping[str, str], options: Namespace) -> None:
+    """Print a row for each run, with its load and method where they differ, and draw the share that is removed."""
+    rows = {name: _row(critical, options.remove) for name, critical in criticals.items()}
+    table = pd.DataFrame.from_dict(rows, orient="index")
+    title, *others = set(titles.values())
+    if others:
+        title = "load and method of each run"
+        table[title] = pd.Series(titles)
+    long_name = _strength(next(iter(criticals.values()))).attrs["long_name"]
+    print(f"{long_name} ({title}):")
+    print(table.to_string())
+    if options.picture:
+        axes = removed_share(criticals, ax=Figure(figsize=(4.2, 3.2), layout="constrained").subplots())
+        axes.set_title(title, fontsize=SMALL)
+        save_picture(axes.figure, options.picture)
 
 
 def _runs(path: Path) -> dict[str, Path]:

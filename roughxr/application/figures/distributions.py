@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -41,6 +42,9 @@ from .style import (
 
 #: Smallest number of samples for a density: fewer are drawn one by one.
 FEWEST_SAMPLES = 10
+
+#: Largest number of bins: rules for their width fail where most samples are similar and a few are far off.
+_MOST_BINS = 48
 
 
 @styled
@@ -82,8 +86,6 @@ def distribution(
     >>> roughxr.figures.distribution(pull_offs, laws=["normal", "weibull"]).get_xlabel()
     'pull-off force [nN]'
     """
-    import seaborn
-
     sample_dimension(map_samples(ds, name), name)
     ax = axes(ax)
     if len(laws):
@@ -97,28 +99,15 @@ def distribution(
     legend_text = "; ".join(filter(None, [own_count, limits])) or None
     look = {"label": legend_text, **stroke(order)}
     if interval is not None and values.size > 1:
-        mean = statistics.bootstrap(ds, name, statistics=["mean"], confidence=interval)
-        ends = [float(mean[part].item()) for part in ("estimate", "low", "high")]
-        count_in_words = "" if label else f" of {bounds.shape[1]}"
-        accuracy = f"{100 * interval:g} % interval" if np.isfinite(ends[1]) else "too few independent"
-        legend_label = None if order else f"mean{count_in_words}, {accuracy}"
-        draw_mean(ax, *ends, row=order, color=look["color"], label=legend_label)
+        counted = "mean" if label else f"mean of {bounds.shape[1]}"
+        _mean_with_interval(ax, ds, name, interval, counted=counted, order=order)
     if bounds.shape[1] < fewest and isinstance(bins, str) and bins == "auto":
-        seaborn.ecdfplot(x=bounds[1], ax=ax, marker="o", **look)
-        if limits:  # the share lies between both
-            seaborn.ecdfplot(x=bounds[0], ax=ax, **{**stroke(order), "linewidth": 0.8})
-        ax.set(ylim=(0, 1.03), ylabel="share of samples below")
+        _steps(ax, bounds, look)
         label_axis(ax.xaxis, name)
         return legend(ax)
-    # largest number of bins: rules for their width fail where most samples are similar and a few are far off
-    most_bins = 48
     if isinstance(bins, str):
-        bins = np.histogram_bin_edges(values, bins=bins)
-        bins = bins if bins.size <= most_bins + 1 else np.linspace(bins[0], bins[-1], most_bins + 1)
-    density = statistics.pdf(ds, name, bins=bins)
-    edges = density.attrs["bin_edges"]
-    bars = {"stat": "count", "element": "step", "alpha": 0.18, "linewidth": 0.8}  # not scaled: limits are in no bin
-    seaborn.histplot(x=density[name].values, weights=density.values, bins=edges.tolist(), ax=ax, **bars, **look)
+        bins = _edges_by_rule(values, bins)
+    edges = _bars(ax, ds, name, bins, look)
     if len(laws):
         _laws(ax, ds, name, values, edges, laws, interval)
     label_density(ax, name)
@@ -126,6 +115,43 @@ def distribution(
     # share of the vertical axis that one line of a legend takes
     ax.set_ylim(0, ax.dataLim.y1 * (1.05 + 0.13 * entries))  # room for the legend above the bars
     return legend(ax, loc="upper right")
+
+
+def _steps(ax, bounds: np.ndarray, look: dict[str, Any]) -> None:
+    """Draw the share of samples below a value; of samples known by limits it lies between two curves."""
+    import seaborn
+
+    seaborn.ecdfplot(x=bounds[1], ax=ax, marker="o", **look)
+    if (bounds[0] < bounds[1]).any():
+        seaborn.ecdfplot(x=bounds[0], ax=ax, **{**look, "label": None, "linewidth": 0.8})
+    ax.set(ylim=(0, 1.03), ylabel="share of samples below")
+
+
+def _bars(ax, ds: xr.Dataset, name: str, bins: ArrayLike, look: dict[str, Any]) -> np.ndarray:
+    """Draw the probability density of a variable as a histogram, and return the edges of its bins."""
+    import seaborn
+
+    density = statistics.pdf(ds, name, bins=bins)
+    edges = density.attrs["bin_edges"]
+    bars = {"stat": "count", "element": "step", "alpha": 0.18, "linewidth": 0.8}  # not scaled: limits are in no bin
+    seaborn.histplot(x=density[name].values, weights=density.values, bins=edges.tolist(), ax=ax, **bars, **look)
+    return edges
+
+
+def _mean_with_interval(ax, ds: xr.Dataset, name: str, interval: float, *, counted: str, order: int) -> None:
+    """Draw the mean of a variable with its interval above the Axes; the first distribution has them in the legend."""
+    mean = statistics.bootstrap(ds, name, statistics=["mean"], confidence=interval)
+    ends = [float(mean[part].item()) for part in ("estimate", "low", "high")]
+    accuracy = f"{100 * interval:g} % interval" if np.isfinite(ends[1]) else "too few independent"
+    draw_mean(ax, *ends, row=order, color=stroke(order)["color"], label=None if order else f"{counted}, {accuracy}")
+
+
+def _edges_by_rule(values: np.ndarray, rule: str) -> np.ndarray:
+    """Return the edges of bins by a rule, of at most 48 bins."""
+    edges = np.histogram_bin_edges(values, bins=rule)
+    if edges.size <= _MOST_BINS + 1:
+        return edges
+    return np.linspace(edges[0], edges[-1], _MOST_BINS + 1)
 
 
 def draw_mean(ax, mean: float, low: float, high: float, *, row: int, color: str, label: str | None = None):

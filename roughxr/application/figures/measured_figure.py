@@ -65,15 +65,7 @@ def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
     low, high = (ds.get(f"measured_quantile_{end}", ds["measured_quantile"]).values for end in ("low", "high"))
     both = np.concatenate([predicted, low, high[np.isfinite(high)]])
     ends = np.array([np.nanmin(both), np.nanmax(both)])
-    best = estimated_mean(ds) if "mean" in ds["statistic"] else None
-    if best is None:
-        ax.plot(ends, ends, color=GREY, linewidth=0.9, label="equal")
-    else:
-        span = np.array([predicted.min(), predicted.max()])
-        estimate, least, most = np.array(best) / float(ds["predicted"].sel(statistic="mean"))
-        ax.plot(span, estimate * span, color=GREY, linewidth=0.9, label="equal to the best estimate")
-        ax.fill_between(span, least * span, most * span, color=GREY, alpha=0.2, linewidth=0, label="its 95 % interval")
-        ax.set_ylim(0, 1.7 * max(ends[1], estimate * span[1]))  # the band may go far beyond the forces
+    _line_of_equal_forces(ax, ds, ends)
     if "mean" in ds["statistic"]:
         ratio = float(ds["ratio"].sel(statistic="mean"))
         span = np.array([predicted.min(), predicted.max()])
@@ -89,6 +81,20 @@ def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
         np.median(predicted)
     )  # the points lie above the line, or below it
     return legend(ax, loc="lower right" if above else "upper left")
+
+
+def _line_of_equal_forces(ax: Axes, ds: xr.Dataset, ends: np.ndarray) -> None:
+    """Draw the line on which measured forces equal those predicted, or the best estimate with its interval."""
+    predicted = ds["predicted_quantile"].values
+    best = estimated_mean(ds) if "mean" in ds["statistic"] else None
+    if best is None:
+        ax.plot(ends, ends, color=GREY, linewidth=0.9, label="equal")
+    else:
+        span = np.array([predicted.min(), predicted.max()])
+        estimate, least, most = np.array(best) / float(ds["predicted"].sel(statistic="mean"))
+        ax.plot(span, estimate * span, color=GREY, linewidth=0.9, label="equal to the best estimate")
+        ax.fill_between(span, least * span, most * span, color=GREY, alpha=0.2, linewidth=0, label="its 95 % interval")
+        ax.set_ylim(0, 1.7 * max(ends[1], estimate * span[1]))  # the band may go far beyond the forces
 
 
 def _means_label(ds: xr.Dataset, ratio: float) -> str:
