@@ -180,7 +180,8 @@ def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float, 
     lines = _lines_through(x, y, counts)
     white = noise**2 / width
     distance = at - bin_means(z, width)[-1] - lines.centre
-    level_variance = white / counts + np.maximum(lines.misfit - white, 0.0)
+    interference = np.maximum(lines.misfit - white * (1 + np.sqrt(8 / counts)), 0.0)  # beyond the scatter of noise
+    level_variance = white / counts + interference
     variance = level_variance * (1 + distance**2 / lines.variance)
     best = int(np.argmin(variance))
     length = x[counts[best] - 1]
