@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 import roughxr
 from roughxr import particles
+from roughxr.application.figures.particle_figures import removed_share
 from roughxr.mechanics.particles import loads
 from roughxr.mechanics.particles.force_balance import with_pull_off
 from roughxr.mechanics.particles.kinetics import resuspension_rate
@@ -436,3 +437,13 @@ def test_a_share_is_removed_by_its_quantile_among_all_particles():
         particles.removing_load(critical, 90)
     with pytest.raises(ValueError, match="expected a result of critical_load"):
         particles.removing_load(critical[["mode"]])
+
+
+def test_shares_removed_are_drawn_over_decades_though_nothing_holds_some_places():
+    surface = glass_pair(scan(rough(64, seed=1)))
+    critical = roughxr.rolling(surface, directions=8, subregions=(3, 3)).contact.critical_load()
+    loose = critical.copy(deep=True)
+    loose["critical_friction_velocity"][{"subregion": 0}] = 0.0
+    ax = removed_share({"first": critical, "second": loose})
+    assert ax.get_xscale() == "log" and ax.get_xlim()[0] > 0
+    assert [text.get_text().split()[0] for text in ax.get_legend().get_texts()] == ["first", "second"]

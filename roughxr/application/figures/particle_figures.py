@@ -92,6 +92,7 @@ def _polar_axes(ax: Axes | None) -> Any:
 def removed_share(criticals: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
     """Draw the share that a steady load removes from each of several scans, over the wall shear stress or the load."""
     ax = axes(ax)
+    least_positive = np.inf
     for order, (name, critical) in enumerate(criticals.items()):
         strength = strength_of_places(critical)
         is_flow = strength.name == "critical_friction_velocity"
@@ -102,15 +103,17 @@ def removed_share(criticals: Mapping[str, xr.Dataset], *, ax: Axes | None = None
         removed = (weights.cumsum() / shares(load).sum() / in_contact).values
         look = stroke(order)
         ax.step(moved, removed, where="post", label=f"{name} ({moved.size})", **look)
+        least_positive = min([least_positive, *moved.values[moved.values > 0][:1]])
     if is_flow:
         ax.set_xlabel("wall shear stress [Pa]")
     else:
         label_axis(ax.xaxis, str(strength.name))
-    if moved.size and float(moved.min()) > 0:
-        ax.set_xscale("log")
+    if np.isfinite(least_positive):
+        ax.set_xscale("log", nonpositive="clip")  # places that no load holds lie at the left edge
+        ax.set_xlim(left=least_positive / 1.5)
         log_ticks(ax.xaxis)
     ax.set(ylim=(0, 1.05), ylabel="share removed")
-    return legend(ax, loc="upper left")
+    return legend(ax, loc="lower right")
 
 
 @styled
