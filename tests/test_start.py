@@ -6,6 +6,9 @@ import sys
 
 import pytest
 
+from roughxr.mechanics.scans.synthetic import self_affine
+from roughxr.scans import to_netcdf
+
 #: What takes most of the time of an import.
 SLOW = ["numba", "matplotlib", "seaborn", "scipy", "dask", "pint"]
 
@@ -53,6 +56,13 @@ _REFUSED = """if True:
         with contextlib.redirect_stderr(io.StringIO()) as printed:
             status = main(words)
         print(json.dumps([status, printed.getvalue(), [name for name in slow if name in sys.modules]]))
+"""
+
+#: Runs a command line, and prints its status and whether dask's package for clusters was imported.
+_RUN = """if True:
+    import sys
+    from roughxr.application.cli import main
+    print(main(sys.argv[1:]), "distributed" in sys.modules)
 """
 
 #: Reaches all names of the public lists.
@@ -120,3 +130,11 @@ def test_a_run_prints_a_line_before_its_solvers_are_imported(folder):
 
 def test_each_public_name_is_reached_in_a_fresh_process():
     subprocess.run([sys.executable, "-c", _PUBLIC_NAMES], check=True)
+
+
+def test_a_run_on_this_machine_imports_nothing_of_clusters(tmp_path):
+    made = self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    arguments = ["run", str(to_netcdf(made, tmp_path / "scan.nc")), "--sphere-radius", "300", *ELASTIC]
+    arguments += ["--surface-energy", "0", "--subregions", "2", "1", "-o", str(tmp_path / "run")]
+    done = subprocess.run([sys.executable, "-c", _RUN, *arguments], check=True, capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "0 False"

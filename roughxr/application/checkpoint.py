@@ -44,8 +44,8 @@ _IN_MEMORY = 2**24
 #: Time (s) between two files of a solve's results: writing safely to a disk takes some 10 ms.
 _BETWEEN_FILES = 1.0
 
-#: Time (s) between two additions to the archive of an unfinished run: each copies the file, in some 0.3 s.
-_BETWEEN_ADDITIONS = 10.0
+#: Time (s) between two additions to the archive of an unfinished run: each copies and reads the file, in some 0.5 s.
+_BETWEEN_ADDITIONS = 60.0
 
 #: Attribute of the archive's root that contains the run's identity.
 _IDENTITY = "run"
@@ -78,7 +78,7 @@ def checkpointed(
     ----------
     compute : callable
         Returns the groups: names such as "solutions/direct", and Datasets. Or yields them in parts, which are written
-        to the archive every ten seconds and at an interrupt; until the last it is marked as unfinished. It must make
+        to the archive every minute and at an interrupt; until the last it is marked as unfinished. It must make
         the same calls when it resumes.
     output : path
         The archive, NetCDF-4. Each state of the file appears under this name once it is complete.
@@ -165,7 +165,7 @@ def _write(parts, checkpoint: Checkpoint, output: Path, attrs: dict[str, str], m
     written = time.monotonic()
 
     def add(unfinished: str | None) -> None:
-        with dask.config.set(scheduler="synchronous"):
+        with dask.config.set(scheduler=dask.get):
             archive.add(groups, output, {**attrs, archive.UNFINISHED: unfinished}, onto=output.exists())
 
     try:
@@ -359,7 +359,7 @@ class Checkpoint:
     def finish(self, ds: xr.Dataset) -> xr.Dataset:
         """Return a result with its scalars in memory, and its fields still on the disk."""
         fields = [name for name, array in ds.data_vars.items() if {"subregion", "x", "y"} <= set(array.dims)]
-        scalars = ds.drop_vars(fields).compute(scheduler="synchronous")
+        scalars = ds.drop_vars(fields).compute(scheduler=dask.get)
         return scalars.assign({name: ds[name] for name in fields})
 
 

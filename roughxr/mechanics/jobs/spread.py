@@ -278,8 +278,10 @@ def _on_processes() -> Iterator[None]:
 
 def use_scheduler(scheduler: str | None) -> Any:
     """Compute on a scheduler, by name or address, within a block; None keeps the active one."""
-    if scheduler is None:
+    if scheduler is None and (dask.config.get("scheduler", None) or "distributed" in sys.modules):
         return nullcontext()
+    if scheduler is None:
+        return dask.config.set(scheduler=dask.threaded.get)  # else dask imports distributed to ask for a client
     if scheduler == "processes":
         return _on_processes()
     if scheduler in _LOCAL:
