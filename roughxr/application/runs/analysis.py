@@ -157,7 +157,10 @@ def run(
             )
     wanted = plan(specimen, subregions=subregions, delta=delta, **adhesion)
     alone = output.suffix == ".nc"
-    return execute(specimen, wanted, output if alone else output / "run.nc", None if alone else output, command=command)
+    path = output if alone else output / "run.nc"
+    if not path.exists() and specimen.pair.work > 0 and wanted.mesh.cells == "auto":
+        warn_of_time(specimen, preload=wanted.preload, law=wanted.law)
+    return execute(specimen, wanted, path, None if alone else output, command=command)
 
 
 def execute(
@@ -183,16 +186,7 @@ def execute(
     expected |= {name: expected[name] + seconds for name, seconds in compiling.items()}
     labels = {part.name: part.words for part in parts} | {"pages": _PAGES}
     if not path.exists():
-        pixels = " x ".join(map(str, specimen.heights.shape))
-        places = f"{task.places} place{'s' * (task.places > 1)}"
-        share = f" Of this, compiling kernels takes {rough_duration(sum(compiling.values()))}, once on a machine."
-        print_line(
-            f"{places} on {pixels} pixels: {rough_duration(sum(expected.values()))} on most scans, longer on sharp or "
-            f"soft summits.{_soft_words(specimen, plan)}{share * bool(compiling)} If it is interrupted, the same call "
-            "continues it."
-        )
-        if specimen.pair.work > 0 and plan.mesh.cells == "auto":
-            warn_of_time(specimen, preload=plan.preload, law=plan.law)
+        print_line(_start_words(task, sum(expected.values()), sum(compiling.values())))
     with Stages(expected, labels, compiling) as stages:
         groups = checkpointed(
             lambda: analyse(specimen, plan, stages, command, parts),
@@ -225,6 +219,17 @@ def _paired(scan: xr.Dataset | str | os.PathLike, pair: Mapping[str, Any]) -> xr
         raise WrongCall(unknown[0], "an option of run or assign_pair", f"no such option{similar}")
     opened = scan if isinstance(scan, xr.Dataset) else open_scan(scan)
     return assign_pair(opened, **pair) if pair else opened
+
+
+def _start_words(task: Task, expected: float, compiling: float) -> str:
+    """Return how many places a run has, and how long it takes (s), of which kernels are compiled for some time."""
+    pixels = " x ".join(map(str, task.specimen.heights.shape))
+    places = f"{task.places} place{'s' * (task.places > 1)}"
+    share = f" Of this, compiling kernels takes {rough_duration(compiling)}, once on a machine." if compiling else ""
+    return (
+        f"{places} on {pixels} pixels: {rough_duration(expected)} on most scans, longer on sharp or soft summits."
+        f"{_soft_words(task.specimen, task.plan)}{share} If it is interrupted, the same call continues it."
+    )
 
 
 def _soft_words(specimen: Specimen, plan: Plan) -> str:
