@@ -158,8 +158,8 @@ def run(
     wanted = plan(specimen, subregions=subregions, delta=delta, **adhesion)
     alone = output.suffix == ".nc"
     path = output if alone else output / "run.nc"
-    if not path.exists() and specimen.pair.work > 0 and wanted.mesh.cells == "auto":
-        warn_of_time(specimen, preload=wanted.preload, law=wanted.law)
+    if not path.exists():
+        _warn_of_time(specimen, wanted)
     return execute(specimen, wanted, path, None if alone else output, command=command)
 
 
@@ -181,9 +181,7 @@ def execute(
         refuse_own_files(folder)
     task = Task(specimen, plan)
     parts = _applicable(task, parts)
-    compiling = {part.name: part.compiling for part in parts if part.compiling > 0}
-    expected = {part.name: part.fixed + part.each * task.places for part in parts} | {"pages": 10.0}
-    expected |= {name: expected[name] + seconds for name, seconds in compiling.items()}
+    expected, compiling = _durations(parts, task.places)
     labels = {part.name: part.words for part in parts} | {"pages": _PAGES}
     if not path.exists():
         print_line(_start_words(task, sum(expected.values()), sum(compiling.values())))
@@ -219,6 +217,19 @@ def _paired(scan: xr.Dataset | str | os.PathLike, pair: Mapping[str, Any]) -> xr
         raise WrongCall(unknown[0], "an option of run or assign_pair", f"no such option{similar}")
     opened = scan if isinstance(scan, xr.Dataset) else open_scan(scan)
     return assign_pair(opened, **pair) if pair else opened
+
+
+def _durations(parts: Sequence[Part], places: int) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the usual duration (s) of each stage, and of compiling its kernels, which it contains."""
+    compiling = {part.name: part.compiling for part in parts if part.compiling > 0}
+    expected = {part.name: part.fixed + part.each * places + compiling.get(part.name, 0.0) for part in parts}
+    return expected | {"pages": 10.0}, compiling
+
+
+def _warn_of_time(specimen: Specimen, plan: Plan) -> None:
+    """Warn of soft places that take minutes on a mesh that is refined."""
+    if specimen.pair.work > 0 and plan.mesh.cells == "auto":
+        warn_of_time(specimen, preload=plan.preload, law=plan.law)
 
 
 def _start_words(task: Task, expected: float, compiling: float) -> str:
