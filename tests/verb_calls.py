@@ -102,7 +102,6 @@ CALLS = {
     "critical_load": [on("held"), *(on("held", load, particle_density=2500.0) for load in ("vibration", "tilt"))],
     "crop": [on("scan", x=(-51.0, 41.0), y=(-51.0, 61.0))],
     "curves_pull_off": [on("curves", spring_constant=0.5)],
-    "debris": [on("catalogue"), on("catalogue", "pulls")],
     "particles.parameters": [on("held")],
     "particles.removing_load": [on("critical", 0.9)],
     "dilate": [on("scan", tip_radius=20.0)],
