@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
+import roughxr
 from roughxr.mechanics.vocabulary.numbers import number, percent, prefixed, quantity, value_and_interval
 
 
@@ -36,3 +38,10 @@ def test_nothing_is_a_dash_and_zero_is_zero(formatted):
     assert formatted(0.0).startswith("0") and formatted(-0.0).startswith("0")
     assert formatted(-2.0).startswith("−2")
     assert formatted(np.inf).startswith("∞")
+
+
+def test_shares_are_stated_in_per_cent_too():
+    forces = xr.Dataset({"pull_off_force": ("subregion", np.arange(1.0, 30.0), {"units": "nN"})})
+    in_percent, as_number = (forces.contact.bootstrap(confidence=part) for part in ("90 %", 0.9))
+    xr.testing.assert_equal(in_percent, as_number)
+    assert roughxr.figures.distribution(forces, interval="90 %").get_xlabel() == "pull-off force [nN]"

@@ -280,6 +280,7 @@ def test_histogram_bins_have_intervals_about_their_densities():
         ({"statistics": "mean"}, "expected a list of names"),
         ({"statistics": ["q101"]}, "q0 … q100"),
         ({"confidence": 95}, "between 0 and 1"),
+        ({"confidence": "95"}, "between 0 and 1"),
         ({"resamples": 10}, "at least 20"),
     ],
 )

@@ -23,6 +23,7 @@ from ...mechanics.statistics.sampling import (
 from ...mechanics.statistics.uncertainty import density_intervals
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.numbers import quantity
+from ...mechanics.vocabulary.units import fraction
 from .style import (
     BLACK,
     DASHED,
@@ -98,6 +99,7 @@ def distribution(
     own_count = f"{label} ({bounds.shape[1]})" if label else None
     legend_text = "; ".join(filter(None, [own_count, limits])) or None
     look = {"label": legend_text, **stroke(order)}
+    interval = interval if interval is None else fraction(interval, "interval")
     if interval is not None and values.size > 1:
         counted = "mean" if label else f"mean of {bounds.shape[1]}"
         _mean_with_interval(ax, ds, name, interval, counted=counted, order=order)

@@ -203,10 +203,10 @@ def fit_curve(
     radius = positive(sphere_radius, "nm", "sphere_radius")
     reach = positive(adhesion_range, "nm", "adhesion_range")
     law = read_law(law, "fit_curve")
-    fraction(confidence, "confidence")
-    errors = {"spring_constant_std": spring_constant_std, "sensitivity_std": sensitivity_std}
-    for name, error in errors.items():
-        single(error, "1", name, "a relative error from 0 to below 1", lambda value: 0 <= value < 1)
+    confidence = fraction(confidence, "confidence")
+    stated = {"spring_constant_std": spring_constant_std, "sensitivity_std": sensitivity_std}
+    expected = "a relative error from 0 to below 1"
+    errors = {name: single(error, "1", name, expected, lambda value: 0 <= value < 1) for name, error in stated.items()}
     recorded, stiffness = recorded_curves(ds, spring_constant)
     if np.isinf(stiffness):
         raise Refusal("spring_constant", "it in N/m to subtract the bending of the cantilever", "none")

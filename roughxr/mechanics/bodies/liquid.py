@@ -31,7 +31,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.calls import checked_class
-from ..vocabulary.refusal import Refusal
+from ..vocabulary.refusal import Refusal, shown
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive, single
 from .substances import CUT_OFF, MEDIA, combined
@@ -237,7 +237,7 @@ def _pressure(humidity: Any) -> float:
             if isinstance(number, float) and not _is_percent(humidity) and 1 < number < 100
             else ""
         )
-        raise Refusal("humidity", "relative humidity between 0 and 1, as 0.6 or '60 %'", f"{humidity!r}{meant}")
+        raise Refusal("humidity", "relative humidity between 0 and 1, as 0.6 or '60 %'", f"{shown(humidity)}{meant}")
     # relative vapour pressure above which this law would fill every gap
     saturation = 0.99
     if number >= saturation:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..vocabulary.refusal import Refusal
+from ..vocabulary.refusal import Refusal, shown
 from ..vocabulary.schema import in_memory, is_square, label, pixel, recorded, validate
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, plain, positive
@@ -114,7 +114,7 @@ def _range(value: Any, axis: str) -> tuple[float, float]:
     ends = value if isinstance(value, (tuple, list, np.ndarray)) else ()
     limits = [float(magnitude(end, "nm", axis)) for end in ends]
     if len(limits) != 2 or not limits[0] < limits[1]:
-        raise Refusal(axis, "a pair (lowest, highest) in nm", f"{value!r}")
+        raise Refusal(axis, "a pair (lowest, highest) in nm", shown(value))
     return limits[0], limits[1]
 
 

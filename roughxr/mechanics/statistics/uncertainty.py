@@ -160,7 +160,7 @@ def bootstrap(
         options_along = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "fewest": fewest}
         return _bootstrap_along(ds, name, along=others[0], seed=seed, within=within, **options_along)
     sample = samples(ds, name)
-    fraction(confidence, "confidence")
+    confidence = fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
         raise Refusal("resamples", f"at least {1 / (1 - confidence):.0f}", resamples)
     labels = _labels(statistics)

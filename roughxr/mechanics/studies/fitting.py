@@ -114,7 +114,7 @@ def fit_pair(
     measured = schema.entered(measured)
     extrapolation = schema.entered(extrapolation)
     schema.one_of(method, tuple(METHODS), "method")
-    fraction(confidence, "confidence")
+    confidence = fraction(confidence, "confidence")
     force_std = single(force_std, "1", "force_std", "a relative error from 0 to below 1", lambda part: 0 <= part < 1)
     check_call(METHODS[method][0], (ds,), options, f"{__package__}.fit_pair")
     read_pair(ds, "contact_modulus", "work_of_adhesion", dry=True)
