@@ -148,6 +148,7 @@ def test_nothing_pulls_without_adhesion(surface):
     assert dry.pull_off_delta.isnull().all()
 
 
+@pytest.mark.filterwarnings("ignore:delta. 500 nm")  # so deep on purpose
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_few_asperities_far_away_are_found(surface, count):
     """The look grows until it meets them, however far they lie, and stops when there is nothing else."""
