@@ -36,7 +36,7 @@ from .mechanics.studies.parameter_grid import vary
 from .mechanics.studies.uncertainty_budget import error_budget
 from .mechanics.vocabulary import schema
 from .mechanics.vocabulary.calls import check_call, checked_call
-from .mechanics.vocabulary.numbers import number
+from .mechanics.vocabulary.numbers import format_number
 from .mechanics.vocabulary.text import did_you_mean
 
 
@@ -159,7 +159,7 @@ def _described(ds: xr.Dataset) -> str:
         f"result of {last[-1]['operation']}" if last else "Dataset of no kind that roughxr knows"
     )
     scalars = {name: value for name, value in schema.pair_coordinates(ds).items() if value.ndim == 0}
-    pair = [f"{name} {number(float(value), schema.VARIABLES[name].units)}" for name, value in scalars.items()]
+    pair = [f"{name} {format_number(float(value), schema.VARIABLES[name].units)}" for name, value in scalars.items()]
     return f"{kind}; {', '.join(pair) or 'no pair of bodies assigned'}"
 
 

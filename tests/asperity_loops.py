@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughxr.mechanics.kernels.asperity import jkr
-from roughxr.mechanics.kernels.asperity.asperity_laws import ENERGY, AsperityContact, asperity_contact, pick
+from roughxr.mechanics.kernels.asperity.asperity_laws import ENERGY, AsperityContact, asperity_contact, scales_of
 from roughxr.mechanics.kernels.asperity.elliptic_jkr import EllipseState
 from roughxr.mechanics.kernels.asperity.elliptic_table import lookup, mark_at_row
 from roughxr.mechanics.kernels.jit import kernel
@@ -65,7 +65,7 @@ def asperities_contact(delta, scales, spline):
     a = np.empty(delta.shape)
     b = np.empty(delta.shape)
     for i in range(delta.shape[0]):
-        scales_here = pick(scales, i)
+        scales_here = scales_of(scales, i)
         for j in range(delta.shape[1]):
             P[i, j], a[i, j], b[i, j] = asperity_contact(delta[i, j], scales_here, spline)
     return AsperityContact(P, a, b)

@@ -36,7 +36,7 @@ def follow(separation, deltas, law, step=0.25, **options):
 
 
 def pull_off(path):
-    return -path.states["force"][path.turn :].min()
+    return -path.states["force"][path.first_retraction :].min()
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +138,7 @@ def test_without_adhesion_it_presses_as_the_elastic_contact():
     errors = []
     for w in (1e-2 * W, 1e-3 * W, 1e-4 * W):
         (path,) = follow(separation, [1.0], laws.smooth_law(exponential=(w, LENGTH)))
-        errors.append(1 - path.states["force"][path.turn - 1] / elastic)
+        errors.append(1 - path.states["force"][path.first_retraction - 1] / elastic)
     np.testing.assert_allclose(errors[1:], np.array(errors[:-1]) / 10, rtol=0.1)  # in proportion to w, to nothing
     assert 0 < errors[-1] < 5e-4
 
@@ -188,10 +188,10 @@ def test_preloads_share_one_loading_and_are_met(law):
     paths = follow(separation, [2.0], law, preloads=preloads)
     assert len(paths) == 3
     for preload, path in zip(preloads, paths):
-        assert path.states["force"][path.turn - 1] == pytest.approx(preload, abs=5e-3 * largest_force)
-        assert path.states["contact_area"][path.turn - 1] > 0
+        assert path.states["force"][path.first_retraction - 1] == pytest.approx(preload, abs=5e-3 * largest_force)
+        assert path.states["contact_area"][path.first_retraction - 1] > 0
         assert path.states["contact_area"][-1] == 0
-    turns = [path.turn for path in paths]
+    turns = [path.first_retraction for path in paths]
     for path, turn in zip(paths[1:], turns):
         for name in path.states.dtype.names:
             np.testing.assert_array_equal(path.states[name][:turn], paths[-1].states[name][:turn])

@@ -16,7 +16,7 @@ from roughxr.mechanics.particles import loads
 from roughxr.mechanics.particles.force_balance import with_pull_off
 from roughxr.mechanics.particles.kinetics import resuspension_rate
 from roughxr.mechanics.particles.removal import strength_quantile
-from roughxr.mechanics.statistics.sampling import one_of_each_place
+from roughxr.mechanics.statistics.sampling import first_surface_of_each_place
 from roughxr.particles import Flow, biasi_adhesion, rock_n_roll
 
 from .benchmarks import reeks_hall
@@ -416,7 +416,7 @@ def test_a_map_of_random_surfaces_shows_one_of_each_place():
     y = np.tile([0.0, 0.0, 10.0], 2)
     places = {"subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}
     ds = xr.Dataset({"critical_friction_velocity": ("subregion", np.arange(6.0))}, places)
-    xr.testing.assert_identical(one_of_each_place(ds), ds.isel(subregion=[0, 1, 2]))
+    xr.testing.assert_identical(first_surface_of_each_place(ds), ds.isel(subregion=[0, 1, 2]))
 
 
 def test_a_share_is_removed_by_its_quantile_among_all_particles():

@@ -26,7 +26,7 @@ from roughxr.mechanics.asperity.superposition import superpose
 from roughxr.mechanics.bodies.pair import assign_pair
 from roughxr.mechanics.contact.elastic import direct
 from roughxr.mechanics.scans import regions
-from roughxr.mechanics.statistics.sampling import by_share
+from roughxr.mechanics.statistics.sampling import weighted_by_landing_share
 from roughxr.mechanics.vocabulary import schema
 from roughxr.mechanics.vocabulary.units import converts, factor
 from roughxr.statistics import LAWS, bootstrap, fit, pull_off
@@ -355,7 +355,7 @@ def test_intervals_are_those_of_the_bootstrap(run):
     np.testing.assert_allclose(ends, [float(interval.low[0]), float(interval.high[0])])
     bars = figures.mean_force({"direct": run["solutions/direct"]}).collections[-1]
     low, high = np.array([path.vertices[:, 1] for path in bars.get_paths()]).T
-    mean = by_share(run["solutions/direct"].force).mean("subregion").values
+    mean = weighted_by_landing_share(run["solutions/direct"].force).mean("subregion").values
     assert ((low <= mean) & (mean <= high)).all()
 
 

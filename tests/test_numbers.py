@@ -5,12 +5,18 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.mechanics.vocabulary.numbers import number, percent, prefixed, quantity, value_and_interval
+from roughxr.mechanics.vocabulary.numbers import (
+    format_number,
+    format_percent,
+    format_quantity,
+    prefixed,
+    value_and_interval,
+)
 
 
 @pytest.mark.parametrize("share", [0.995, 0.9951, 0.99999, 1.0, 1.004])
 def test_nearly_all_is_a_hundred_per_cent(share):
-    assert percent(share) in ("99.5 %", "100 %")
+    assert format_percent(share) in ("99.5 %", "100 %")
 
 
 @pytest.mark.parametrize("scale", 10.0 ** np.arange(-14, 9))
@@ -19,20 +25,20 @@ def test_no_number_is_written_by_a_machine(scale, digits):
     """Never "e+02"; read again it is the number to three digits; the prefix leaves one to three digits in front."""
     size_shown = digits * scale
     for text in (
-        number(size_shown),
-        quantity(size_shown),
-        percent(size_shown),
+        format_number(size_shown),
+        format_quantity(size_shown),
+        format_percent(size_shown),
         *value_and_interval(size_shown, -size_shown, size_shown),
     ):
         assert "e" not in text and "nan" not in text
-    plain = number(size_shown).replace(" × 10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+    plain = format_number(size_shown).replace(" × 10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
     assert float(plain) == pytest.approx(size_shown, rel=0.00501)
     unit, size = prefixed(size_shown)
     if 1e-3 < size_shown < 1e9:
         assert 1 <= float(f"{size_shown / size:.3g}") < 1000, (size_shown, unit)
 
 
-@pytest.mark.parametrize("formatted", [number, percent, quantity])
+@pytest.mark.parametrize("formatted", [format_number, format_percent, format_quantity])
 def test_nothing_is_a_dash_and_zero_is_zero(formatted):
     assert formatted(np.nan) == "–"
     assert formatted(0.0).startswith("0") and formatted(-0.0).startswith("0")

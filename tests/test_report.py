@@ -33,7 +33,7 @@ from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
 from roughxr.mechanics.particles.removal import strength_quantile
 from roughxr.mechanics.specimen import specimen_of
 from roughxr.mechanics.statistics import means
-from roughxr.mechanics.statistics.sampling import by_share
+from roughxr.mechanics.statistics.sampling import weighted_by_landing_share
 from roughxr.mechanics.vocabulary import numbers, schema
 from roughxr.mechanics.vocabulary.error_sources import UNSEEN
 from roughxr.mechanics.vocabulary.table import SCALARS
@@ -118,7 +118,7 @@ def test_the_flow_that_moves_the_sphere_takes_the_pull_off_of_the_simulation(wri
     expected = rolled.contact.critical_load().critical_friction_velocity * np.sqrt(ratio)
     assert (run["statistics/detachment"]["mode"] == "roll").all()
     np.testing.assert_allclose(run["statistics/detachment"].critical_friction_velocity, expected, rtol=0.05)
-    speed = by_share(run["statistics/detachment"].critical_friction_velocity)
+    speed = weighted_by_landing_share(run["statistics/detachment"].critical_friction_velocity)
     assert table.loc["critical friction velocity, median [m/s]", "adhesive"] == pytest.approx(
         float(speed.quantile(0.5))
     )
@@ -140,7 +140,7 @@ def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, t
     critical = held.contact.critical_load(shear_strength="5 MPa")
     of_median = r"median (\S+) m/s \(95 % interval, all known errors (\S+) … (\S+) m/s\)"
     middle, low, high = re.search(of_median, printed).groups()
-    median = by_share(critical.critical_friction_velocity).quantile(0.5)
+    median = weighted_by_landing_share(critical.critical_friction_velocity).quantile(0.5)
     assert float(middle) == pytest.approx(float(median), rel=0.05)
     assert (
         float(low) < float(middle) < float(high) and f"slide at {int((critical['mode'] == 'slide').sum())}" in printed
@@ -214,7 +214,7 @@ def test_the_critical_flow_has_one_interval_at_all_doors(written, run, capsys):
     shown = column[[f"{end} end of the median's 95 % interval, all known errors [m/s]" for end in ("lower", "upper")]]
     np.testing.assert_allclose(shown, ends[1:])
     places = report.by_place(run).critical_friction_velocity
-    assert float(by_share(places).quantile(0.5)) == pytest.approx(ends[0], rel=0.05)
+    assert float(weighted_by_landing_share(places).quantile(0.5)) == pytest.approx(ends[0], rel=0.05)
 
 
 def test_places_that_leave_without_a_flow_count_at_zero_and_all_modes_add_up(run):
@@ -225,7 +225,7 @@ def test_places_that_leave_without_a_flow_count_at_zero_and_all_modes_add_up(run
     table = report.tables({**run, "statistics/detachment": changed})["Detachment in a flow of air"]["adhesive"]
     modes = [row for row in table.index if row.startswith("places where the sphere")]
     assert table[modes].sum() == pytest.approx(100, abs=1)
-    away = 100 * float(by_share(xr.where(speed.isnull(), 1.0, 0.0)).mean())
+    away = 100 * float(weighted_by_landing_share(xr.where(speed.isnull(), 1.0, 0.0)).mean())
     assert table["places where the sphere rolls off without a flow [%]"] == pytest.approx(away, abs=1)
     assert table["critical friction velocity, 5 % [m/s]"] == table["critical friction velocity, median [m/s]"] == 0
 

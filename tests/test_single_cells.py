@@ -91,7 +91,7 @@ def test_cells_under_a_smooth_law_yield_as_they_do_under_any(places):
     states = followed.states[followed.states["prescribed"] > 0]
     after = [smooth_cell(d - HEIGHT - dent, law, sinks)[0] for d in deltas[::-1]]
     np.testing.assert_allclose(states["force"][deltas.size :], number * np.array(after), atol=5e-3)
-    turned = followed.states[followed.turn - 1]
+    turned = followed.states[followed.first_retraction - 1]
     first = followed.states[0]
     assert turned["yielded_fraction"] == turned["yielded_area_fraction"] == 1.0
     assert turned["yielded_area"] == number

@@ -221,13 +221,16 @@ def test_what_cannot_be_converted_is_refused_in_words():
 
 def test_the_door_costs_nothing_where_units_agree_and_stays_lazy():
     ground = made()["scan"]
-    assert schema.entered(ground) is ground
+    assert schema.in_package_units(ground) is ground
     lazy = (ground * 1).assign(height=(ground.height / 1000).assign_attrs(units="um").chunk(x=12))
-    assert schema.entered(lazy).height.chunks == lazy.height.chunks
+    assert schema.in_package_units(lazy).height.chunks == lazy.height.chunks
     single = ground.assign(height=ground.height.astype("float32").assign_attrs(units="um"))
-    assert schema.entered(single).height.dtype == np.float32
+    assert schema.in_package_units(single).height.dtype == np.float32
     alike = ground.assign(height=ground.height.assign_attrs(units="nanometer"))
-    assert schema.entered(alike).height.values is ground.height.values and schema.entered(alike).height.units == "nm"
+    assert (
+        schema.in_package_units(alike).height.values is ground.height.values
+        and schema.in_package_units(alike).height.units == "nm"
+    )
 
 
 @pytest.mark.filterwarnings("ignore:.*expected units")

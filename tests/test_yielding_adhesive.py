@@ -140,7 +140,7 @@ def test_a_sphere_that_yields_pulls_as_its_flattened_curvature_says(deep):
     options = {"cap": H * dx / E, "limit": H * dx / E}
     (path,) = follow_path(separation, np.array([deep]), 0.1, law, **options)
     pull = -path.states["force"].min() * E * dx
-    contact = path.states["contact_area"][path.turn - 1] * dx**2
+    contact = path.states["contact_area"][path.first_retraction - 1] * dx**2
     flattened = E * np.sqrt(contact / np.pi) / H
     assert flattened > 1.2 * radius
     assert 1.3 * np.pi * 0.05 * flattened < pull < 2.0 * np.pi * 0.05 * flattened
@@ -160,7 +160,9 @@ def test_what_gave_way_while_the_contact_was_small_is_taken_back(step, monkeypat
     records, *fields = displacement_control.sweep_arrays(separation, deltas, 1.0, 1.0, **limits)
     residual = residual_heights(*fields, separation, deltas, 0.05)[0]
     np.testing.assert_allclose(path.residual_heights[-1], residual, atol=1e-6 * np.ptp(residual))
-    assert path.states["force"][path.turn - 1] == pytest.approx(records[0, displacement_control.FORCE], rel=1e-6)
+    assert path.states["force"][path.first_retraction - 1] == pytest.approx(
+        records[0, displacement_control.FORCE], rel=1e-6
+    )
 
 
 #: Radius of a flat punch, nm.

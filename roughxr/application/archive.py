@@ -36,7 +36,7 @@ from ..files.storage import (
 )
 from ..mechanics.vocabulary.provenance import as_json
 from ..mechanics.vocabulary.refusal import Refusal
-from ..mechanics.vocabulary.schema import VARIABLES, entered
+from ..mechanics.vocabulary.schema import VARIABLES, in_package_units
 from ..mechanics.vocabulary.text import warn
 
 __all__ = ["load", "save"]
@@ -111,7 +111,7 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
     else:
         attrs = {"Conventions": "CF-1.11", "source": f"roughxr {__version__}", **attrs}
     present = {name: value for name, value in attrs.items() if value is not None}
-    groups = {name: _storable(entered(ds), name) for name, ds in groups.items()}
+    groups = {name: _storable(in_package_units(ds), name) for name, ds in groups.items()}
     lazy = {name: [key for key in ds.data_vars if ds[key].chunks] for name, ds in groups.items()}
     loaded = {name: ds.drop_vars(lazy[name]).compute() for name, ds in groups.items()}
     with atomic_write(path) as temporary:

@@ -124,7 +124,7 @@ def checkpointed(
     {'subregion': 4, 'delta': 2}
     """
     output = Path(output)
-    identity = _identity(schema.entered(scan), arguments)
+    identity = _identity(schema.in_package_units(scan), arguments)
     is_finished = output.exists() and archive.UNFINISHED not in _matching_root(output, identity)
     if is_finished and not _folder(output).exists():  # nothing is written, such as in a read-only folder
         return archive.load(output)

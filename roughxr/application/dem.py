@@ -10,7 +10,7 @@ from ..mechanics.bodies.pair_record import read_pair
 from ..mechanics.particles.adhesion_parameters import parameters
 from ..mechanics.particles.force_balance import refuse_varied, scope_words
 from ..mechanics.statistics import cdf, reduction, smooth_pull_off
-from ..mechanics.statistics.sampling import by_share, place_numbers, shares, standard_deviation
+from ..mechanics.statistics.sampling import place_numbers, shares, standard_deviation, weighted_by_landing_share
 from ..mechanics.vocabulary import schema
 from ..mechanics.vocabulary.refusal import Refusal
 from ..mechanics.vocabulary.units import Quantity, fraction, positive, whole_number
@@ -111,7 +111,7 @@ def places_in_words(ds: xr.Dataset) -> str:
 
 def _header(ds: xr.Dataset, force: xr.DataArray) -> list[str]:
     law = parameters(ds)
-    mean_force = float(by_share(force).mean())
+    mean_force = float(weighted_by_landing_share(force).mean())
     deviation = float(standard_deviation(force))
     radius = float(ds["sphere_radius"]) * _METRE
     misfit = float(law.adhesion_law_distance)
@@ -144,7 +144,8 @@ def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> 
     ]
     friction = ""
     if "lever" in ds:  # coefficient of rolling friction, from the lever arm at rest
-        friction = f" rolling sds 0.0 0.0 {0.5 * float(by_share(ds['lever'] / ds['sphere_radius']).quantile(0.5)):.4g}"
+        lever_ratio = float(weighted_by_landing_share(ds["lever"] / ds["sphere_radius"]).quantile(0.5))
+        friction = f" rolling sds 0.0 0.0 {0.5 * lever_ratio:.4g}"
     for k, force in enumerate(forces, 1):
         normal = f"jkr {young_modulus:.6g} ${{damping}} {poisson_ratio:g} {force / (3 * np.pi * radius):.6g}"
         lines += [
@@ -178,7 +179,7 @@ def _liggghts_lines(
     lines = [
         f"# sjkr at E* = {modulus:.4g} Pa and R = {radius:.4g} m; about (3 F E*^2 / (2 pi^3 R^2))^(1/3)",
         "# 4C's surface energy F / (4 pi R), half the work of adhesion, over places:",
-        f"# mean {float(by_share(energy).mean()):.5g} J/m^2,",
+        f"# mean {float(weighted_by_landing_share(energy).mean()):.5g} J/m^2,",
         f"# standard deviation {float(standard_deviation(energy)):.3g} J/m^2",
     ]
     for k, mean in enumerate(means, 1):

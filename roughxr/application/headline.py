@@ -36,8 +36,8 @@ from ..mechanics.vocabulary.error_sources import (
 )
 from ..mechanics.vocabulary.numbers import (
     bounds_in_words,
+    format_number,
     is_too_wide,
-    number,
     prefixed,
     significant,
     value_and_interval,
@@ -285,5 +285,5 @@ def _second_scan_words(summary: xr.Dataset, finest_shown: float) -> dict[str, st
     """Return width and pixels of the second scan that is advised, in words."""
     pixel = finest_shown / 2
     radius = summary.coords.get("sphere_radius")
-    width = "" if radius is None else f", {number(max(float(radius), SECOND_SCAN_WIDTH * pixel), 'nm', 2)} wide"
-    return {"width": width, "pixels": number(SECOND_SCAN_PIXEL, "nm", 2)}
+    width = "" if radius is None else f", {format_number(max(float(radius), SECOND_SCAN_WIDTH * pixel), 'nm', 2)} wide"
+    return {"width": width, "pixels": format_number(SECOND_SCAN_PIXEL, "nm", 2)}

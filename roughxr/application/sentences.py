@@ -11,7 +11,14 @@ from ..mechanics.statistics.means import estimated_mean
 from ..mechanics.studies.extrapolation import TESTED
 from ..mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, JKR, SHORT_RANGE
 from ..mechanics.vocabulary.error_sources import ERROR_SOURCES, MEASURED, ONE_SCAN, PLACES, UNSEEN, UNSEEN_WORDS
-from ..mechanics.vocabulary.numbers import is_too_wide, number, percent, quantity, value_and_interval, with_interval
+from ..mechanics.vocabulary.numbers import (
+    format_number,
+    format_percent,
+    format_quantity,
+    is_too_wide,
+    value_and_interval,
+    with_interval,
+)
 
 #: Probability below which samples of one distribution differ as much.
 _UNLIKELY = 0.05
@@ -48,7 +55,7 @@ def _scatter_in_words(compared: xr.Dataset) -> str:
     """Return whether the places alone explain the relative scatter of the measured forces."""
     predicted, measured = (float(compared[f"{name}_{RELATIVE_STD}"]) for name in ("predicted", "measured"))
     ratio, low, high = (float(compared[f"{RELATIVE_STD}_ratio{end}"]) for end in ("", "_low", "_high"))
-    scatter = f"Places alone scatter the forces by {percent(predicted)}, measured {percent(measured)}"
+    scatter = f"Places alone scatter the forces by {format_percent(predicted)}, measured {format_percent(measured)}"
     undecided = "too few independent forces are known to decide whether roughness explains the scatter"
     if measured == 0:
         return f"{scatter}: the measured forces are all the same, such as a single one that is repeated."
@@ -68,11 +75,11 @@ def _scatter_in_words(compared: xr.Dataset) -> str:
 
 def _means_in_words(means: xr.Dataset, best: float, low: float, high: float) -> list[str]:
     """Return the effect of the roughness that the scan does not show, and whether the means (nN) agree."""
-    ratio = number(best / float(means["predicted"]), digits=2)
+    ratio = format_number(best / float(means["predicted"]), digits=2)
     overlap = float(means["measured_low"]) <= high and float(means["measured_high"]) >= low
     relation = "overlaps" if overlap else "does not overlap"
     decided = (
-        f"they agree, as any mean from {quantity(low, digits=2)} to {quantity(high, digits=2)} would"
+        f"they agree, as any mean from {format_quantity(low, digits=2)} to {format_quantity(high, digits=2)} would"
         if overlap
         else "they disagree"
     )
@@ -91,18 +98,21 @@ def _means_in_words(means: xr.Dataset, best: float, low: float, high: float) -> 
 def _measuring_error(force_std: float) -> str:
     """Return whether the measured interval contains an error that all its forces share."""
     if force_std > 0:
-        return f"An error of {percent(force_std)} (standard deviation) that all measured forces share is included."
+        return (
+            f"An error of {format_percent(force_std)} (standard deviation) that all measured forces share is included."
+        )
     return "Errors of spring constant and sensitivity are not included."
 
 
 def _distributions_in_words(compared: xr.Dataset) -> str:
     """Return whether the distributions agree; errors common to all places are unknown."""
-    distance = number(compared["distribution_distance"], digits=2)
+    distance = format_number(compared["distribution_distance"], digits=2)
     p_value = float(compared["distribution_p_value"])
     decided = "disagree" if p_value < _UNLIKELY else "agree"
     return (
         f"The distributions {decided}: they differ by {distance} at most, and samples of one distribution differ at "
-        f"least as much with probability p = {number(p_value, digits=2)}. Errors common to all places are not included."
+        f"least as much with probability p = {format_number(p_value, digits=2)}. Errors common to all places are not "
+        "included."
     )
 
 
@@ -115,14 +125,13 @@ def recommendation(regime: xr.Dataset) -> str:
     }[regime["recommended"].item()]
     sentence = (
         f"The quickest valid method is {method} (Tabor's parameter of the median asperity is "
-        f"{number(regime['asperity_tabor'])}; between rigid bodies {percent(regime['share_beyond_contact'])} of the "
-        "adhesion force acts across gaps outside the contact)."
+        f"{format_number(regime['asperity_tabor'])}; between rigid bodies "
+        f"{format_percent(regime['share_beyond_contact'])} of the adhesion force acts across gaps outside the contact)."
     )
     yielding = ""
     if regime.get("yields"):
-        yielding = (
-            f"Summits yield under their own adhesion ({number(regime['peak_pressure'], 'GPa')}): give a hardness."
-        )
+        pressure = format_number(regime["peak_pressure"], "GPa")
+        yielding = f"Summits yield under their own adhesion ({pressure}): give a hardness."
     return " ".join(filter(None, [sentence, yielding, liquid_words(regime)]))
 
 
@@ -172,11 +181,11 @@ def estimate_notes(estimate: xr.Dataset) -> list[str]:
         return [f"The effect of finer roughness is not included: {estimate.attrs['reason']}."]
     shown = float(estimate["finest_shown"])
     source = estimate.attrs["unseen_by"]
-    known = f"The scan resolves wavelengths of {number(shown, 'nm')} (2 pixels) and longer."
+    known = f"The scan resolves wavelengths of {format_number(shown, 'nm')} (2 pixels) and longer."
     if "noise_limit" in estimate.attrs:
-        noise = number(estimate.attrs["noise_limit"], "nm", 2)
+        noise = format_number(estimate.attrs["noise_limit"], "nm", 2)
         known += f" Noise cannot be distinguished from roughness: it may reach {noise}."
-    low, factor, high = (number(estimate[f"roughness_{name}"], digits=2) for name in ("low", "factor", "high"))
+    low, factor, high = (format_number(estimate[f"roughness_{name}"], digits=2) for name in ("low", "factor", "high"))
     assumed = f"Finer roughness multiplies the pull-off by {factor} ({low} … {high}), {UNSEEN_WORDS[source]}."
     shortest, longest = TESTED
     if source != MEASURED and estimate.attrs["shortest"] < shortest < shown:
@@ -191,7 +200,7 @@ def estimate_notes(estimate: xr.Dataset) -> list[str]:
 def fit_sentence(fit: xr.Dataset) -> str:
     """Return the result of `fit_pair` and its limits, a line each."""
     work, low, high = (float(fit[f"fitted_work_{name}"]) for name in ("of_adhesion", "low", "high"))
-    best = with_interval(work, low, high, "J/m²", name=f"{percent(fit.attrs['confidence'])} interval")
+    best = with_interval(work, low, high, "J/m²", name=f"{format_percent(fit.attrs['confidence'])} interval")
     is_found = np.isfinite([work, high]).any()
     opening = f"Work of adhesion at which predicted and measured pull-offs agree: {best if is_found else 'none'}."
     return f"{opening}\nLimits of the fit: {'; '.join(_fit_limits(fit, work, low, high))}."
@@ -202,7 +211,7 @@ def _fit_limits(fit: xr.Dataset, work: float, low: float, high: float) -> list[s
     power = float(fit["modulus_trade"])
     # largest exponent of the contact modulus for a fit that hardly depends on it
     separable = "only weakly" if abs(power) < 0.1 else "so that the fit cannot separate the two"
-    modulus = f"contact modulus {number(fit.attrs['contact_modulus'], 'GPa')}"
+    modulus = f"contact modulus {format_number(fit.attrs['contact_modulus'], 'GPa')}"
     shown_power = abs(power) if abs(power) < 5e-3 else power
     notes = []
     if np.isfinite(power):

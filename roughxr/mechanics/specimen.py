@@ -17,7 +17,7 @@ from .kernels.topography import peaks
 from .scans import regions, wavelength
 from .scans.editing import on_square_pixels
 from .vocabulary import schema
-from .vocabulary.numbers import number
+from .vocabulary.numbers import format_number
 from .vocabulary.refusal import Refusal
 from .vocabulary.text import warn
 from .vocabulary.units import Places
@@ -130,8 +130,8 @@ def need_wide_scan(heights: np.ndarray, sides: tuple[float, float], radius: floa
     if width > shown and peaks.search(heights).ix.size > 1:
         raise Refusal(
             "sphere_radius",
-            f"a sphere that touches no more than the scan's {number(shown, 'nm')}",
-            f"{number(radius, 'nm')}, which touches this roughness over {number(width, 'nm')}",
+            f"a sphere that touches no more than the scan's {format_number(shown, 'nm')}",
+            f"{format_number(radius, 'nm')}, which touches this roughness over {format_number(width, 'nm')}",
             "take a scan at least as wide as that, or a smaller sphere",
         )
 
@@ -140,8 +140,9 @@ def ask_about_depth(largest: float, radius: float, heights: np.ndarray) -> None:
     """Warn where the largest displacement (nm) exceeds a tenth of the sphere's radius and the range of heights."""
     if largest and largest > radius / 10 + float(np.ptp(heights)):
         warn(
-            f"delta: {number(largest, 'nm')} is more than a tenth of the sphere's radius, {number(radius, 'nm')}: is "
-            "this intended? (contacts are computed as on half spaces; plain numbers are in nm)"
+            f"delta: {format_number(largest, 'nm')} is more than a tenth of the sphere's radius, "
+            f"{format_number(radius, 'nm')}: is this intended? (contacts are computed as on half spaces; plain numbers "
+            "are in nm)"
         )
 
 

@@ -73,7 +73,7 @@ def ours(separation, dx, deltas=(DEPTH,)):
     per_unit = dx / MODULUS
     law = traction_laws.smooth_law(exponential=(WORK * per_unit, RANGE))
     (followed,) = path.follow_path(separation, np.array(deltas), STEP, law)
-    back = followed.states[followed.turn :]
+    back = followed.states[followed.first_retraction :]
     back = back[back["prescribed"] > 0] if len(deltas) > 1 else back
     return -back["force"].min() * MODULUS * dx, time.process_time() - began
 

@@ -112,8 +112,8 @@ def stated_pair(options: Namespace) -> dict[str, Any]:
             f"give --materials A/B (one or two of {', '.join(MATERIALS)}), or --young-modulus and --poisson-ratio, or "
             "--contact-modulus",
         )
-    pair = _stated(options, ["sphere_radius", *BODIES])
-    air = _stated(options, AIR)
+    pair = _options_given(options, ["sphere_radius", *BODIES])
+    air = _options_given(options, AIR)
     if "humidity" in air:
         pair["humidity"] = HumidAir(**air)
     elif air:
@@ -135,7 +135,7 @@ def check_adhesion(scan: xr.Dataset) -> None:
         )
 
 
-def _stated(options: Namespace, names: Sequence[str]) -> dict[str, Any]:
+def _options_given(options: Namespace, names: Sequence[str]) -> dict[str, Any]:
     """Return the options that are given, as numbers, quantities or pairs."""
     stated = {name: getattr(options, name) for name in names}
     return {name: numbers(value) for name, value in stated.items() if value is not None}

@@ -23,8 +23,8 @@ from ...mechanics.particles.force_balance import (
     strength_of_places,
 )
 from ...mechanics.particles.loads import fluid_in_words, read_flow
-from ...mechanics.statistics.sampling import by_share, one_of_each_place
-from ...mechanics.vocabulary.numbers import number, percent, value_and_interval, with_interval
+from ...mechanics.statistics.sampling import first_surface_of_each_place, weighted_by_landing_share
+from ...mechanics.vocabulary.numbers import format_number, format_percent, value_and_interval, with_interval
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.schema import is_humid
 from ...mechanics.vocabulary.text import without_warnings
@@ -172,7 +172,7 @@ def _units(critical: xr.Dataset) -> str:
 
 def _row(critical: xr.Dataset, share: float | None) -> dict[str, str]:
     """Return the critical strength of a run in a row: median, or that for a share, with interval, and first mode."""
-    label = "median" if share is None else f"removes {percent(share)}"
+    label = "median" if share is None else f"removes {format_percent(share)}"
     strength, interval = value_and_interval(*critical_strength(critical, share), _units(critical))
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     most = f"{modes[np.argmax(counts)]}, at {counts.max()} of {counts.sum()} places"
@@ -187,8 +187,8 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> No
     values = strength_of_places(critical)
     print(f"{strength.attrs['long_name']} ({title}):")
     if bool((values > 0).any()):  # over particles, where places hold shares of them, else over places
-        quantiles = by_share(values).quantile([0.05, 0.95]).values
-        least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)
+        quantiles = weighted_by_landing_share(values).quantile([0.05, 0.95]).values
+        least, largest = (format_number(float(f"{value:.3g}"), units) for value in quantiles)
         median = with_interval(*critical_strength(critical), units, name=_INTERVAL)
         fewest = f"5 % of {of} below {least}" if quantiles[0] > 0 else f"0 {units} where the sphere rolls off by itself"
         detaching = int(values.notnull().sum())
@@ -197,11 +197,13 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> No
         print(f"  median {median}; {fewest}, 95 % of {of} below {largest}")
     _print_modes(critical, moments, of)
     if strength.name == "critical_friction_velocity" and bool((values > 0).any()):
-        valid = percent(critical["in_range"].where(values > 0).mean())
+        valid = format_percent(critical["in_range"].where(values > 0).mean())
         print(f"drag formulas valid at {valid} of the {of} that need a flow")
-    work = number(moments["work_of_adhesion"], "J/m²")
+    work = format_number(moments["work_of_adhesion"], "J/m²")
     dry = "dry work of adhesion" if is_humid(moments) else "work of adhesion"
-    menisci = f"; menisci at {percent(moments['humidity'])} relative humidity add to it" if is_humid(moments) else ""
+    menisci = (
+        f"; menisci at {format_percent(moments['humidity'])} relative humidity add to it" if is_humid(moments) else ""
+    )
     print(f"with the run's {dry}, {work}{menisci}")
 
 
@@ -213,7 +215,7 @@ def _print_removal(critical: xr.Dataset, moments: xr.Dataset, options: Namespace
     if options.remove is not None:
         units = _units(critical)
         of = "particles" if "landing_share" in critical.coords else "places"
-        lead = f"to remove {percent(options.remove)} of the {of}"
+        lead = f"to remove {format_percent(options.remove)} of the {of}"
         if not np.isfinite(ends[0]):
             print(f"{lead}: no strength suffices, more of them stay at any")
             return
@@ -229,8 +231,8 @@ def _print_removal(critical: xr.Dataset, moments: xr.Dataset, options: Namespace
     jet = _JET_OVER_FRICTION * ends[0]
     if is_flow and fluid_of(critical).density < DENSEST_GAS and jet > _INCOMPRESSIBLE:
         print(
-            f"a round jet from 8 of its diameters would need {number(jet, 'm/s', 2)}, 20 times this friction velocity: "
-            f"its formula holds to some {_INCOMPRESSIBLE:.0f} m/s, a third of the speed of sound"
+            f"a round jet from 8 of its diameters would need {format_number(jet, 'm/s', 2)}, 20 times this friction "
+            f"velocity: its formula holds to some {_INCOMPRESSIBLE:.0f} m/s, a third of the speed of sound"
         )
 
 
@@ -250,8 +252,8 @@ def _print_modes(critical: xr.Dataset, moments: xr.Dataset, of: str) -> None:
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:
     """Draw the map of the mode of detachment or the critical load, and the rose of resisting moments."""
     figure = Figure(figsize=(6.9, 3.4), layout="constrained")
-    critical = one_of_each_place(critical)
-    moments = one_of_each_place(moments)
+    critical = first_surface_of_each_place(critical)
+    moments = first_surface_of_each_place(moments)
     critical_map(critical, ax=figure.add_subplot(1, 2, 1))
     figures.moment_rose(moments, ax=figure.add_subplot(1, 2, 2, projection="polar"))
     figure.suptitle(title)

@@ -18,7 +18,7 @@ from ...mechanics.scans.editing import fill, on_square_pixels
 from ...mechanics.scans.levelling import level
 from ...mechanics.scans.plausibility import ImplausibleScan
 from ...mechanics.scans.roughness_parameters import roughness
-from ...mechanics.vocabulary.numbers import number
+from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from .. import archive
 from . import words
@@ -52,7 +52,11 @@ def info(options: Namespace) -> None:
     if options.file.endswith(".nc") and (missing := archive.root_attributes(options.file).get(archive.UNFINISHED)):
         print(f"run: not finished, {missing}")
     print("images, with sizes and heights in nm, and the rms height s_q about the mean plane:")
-    print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: number(v, digits=4)))
+    print(
+        channels.rename(units="units in file")
+        .to_dataframe()
+        .to_string(float_format=lambda v: format_number(v, digits=4))
+    )
     with warnings.catch_warnings():
         if channels.attrs["doubts"]:  # they are printed above
             warnings.simplefilter("ignore", ImplausibleScan)
@@ -61,7 +65,7 @@ def info(options: Namespace) -> None:
     for variable, value in roughness(scan).data_vars.items():
         if value.ndim == 0:
             units = value.attrs["units"].removesuffix("1")
-            print(f"  {variable!s:10s} {number(value, digits=6):>10s} {units:5s} {value.attrs['long_name']}")
+            print(f"  {variable!s:10s} {format_number(value, digits=6):>10s} {units:5s} {value.attrs['long_name']}")
     if options.picture:
         from matplotlib.figure import Figure
 

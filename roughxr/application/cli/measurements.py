@@ -26,7 +26,7 @@ from ...mechanics.statistics.means import estimated_mean
 from ...mechanics.statistics.sampling import CONDITION, SHARE, sample_bounds
 from ...mechanics.studies.comparison import compare
 from ...mechanics.studies.fitting import fit_pair
-from ...mechanics.vocabulary.numbers import bounds_in_words, number, with_error, with_interval
+from ...mechanics.vocabulary.numbers import bounds_in_words, format_number, with_error, with_interval
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.schema import one_of
 from .. import archive, figures
@@ -224,7 +224,7 @@ def fit_to_run(options: Namespace) -> None:
     if options.picture:
         save_picture(figures.plot(fit).figure, options.picture)
     if np.isfinite(fit["fitted_work_of_adhesion"]):
-        print(f"run again with --work-of-adhesion {number(fit['fitted_work_of_adhesion'])}")
+        print(f"run again with --work-of-adhesion {format_number(fit['fitted_work_of_adhesion'])}")
 
 
 def _archive_of(options: Namespace) -> Path:

@@ -10,7 +10,7 @@ import xarray as xr
 from ...mechanics.jobs.records import FIELDS
 from ...mechanics.scans.regions import extent
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.numbers import number
+from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import did_you_mean
 from .contact_fields import field_map
@@ -176,7 +176,7 @@ def _array(array: xr.DataArray, *, ax: Axes | None = None, **options: Any) -> An
 def _entry(coordinate: xr.DataArray) -> str:
     """Return an entry of a dimension in words."""
     value = coordinate.item()
-    return value if isinstance(value, str) else number(value, coordinate.attrs.get("units", ""))
+    return value if isinstance(value, str) else format_number(value, coordinate.attrs.get("units", ""))
 
 
 def _densities(array: xr.DataArray, ax: Any, **options: Any):

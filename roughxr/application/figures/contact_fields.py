@@ -9,7 +9,7 @@ import xarray as xr
 
 from ...mechanics.scans import regions
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.numbers import number
+from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.units import Quantity, magnitude
 from .images import COLOURS, image
@@ -69,7 +69,9 @@ def field_map(
     for order, panel in enumerate(made):
         step = ds.isel({along: [order]})
         _draw_field(panel, _contact(step, subregion, None), name, scan)
-        panel.set_title(f"{schema.VARIABLES[along].long_name} {number(step[along][0], step[along].attrs['units'], 3)}")
+        panel.set_title(
+            f"{schema.VARIABLES[along].long_name} {format_number(step[along][0], step[along].attrs['units'], 3)}"
+        )
     return made
 
 

@@ -22,7 +22,7 @@ from ...mechanics.statistics.sampling import (
 )
 from ...mechanics.statistics.uncertainty import density_intervals
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.numbers import quantity
+from ...mechanics.vocabulary.numbers import format_quantity
 from ...mechanics.vocabulary.units import fraction
 from .style import (
     BLACK,
@@ -95,7 +95,7 @@ def distribution(
     bounds = bounds[:, np.isfinite(bounds[0])]
     values = bounds[np.isfinite(bounds)]
     units = ds[name].attrs.get("units", "1")
-    limits = limits_in_words(bounds, lambda end: quantity(end, units, 2))
+    limits = limits_in_words(bounds, lambda end: format_quantity(end, units, 2))
     own_count = f"{label} ({bounds.shape[1]})" if label else None
     legend_text = "; ".join(filter(None, [own_count, limits])) or None
     look = {"label": legend_text, **stroke(order)}

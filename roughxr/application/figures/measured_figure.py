@@ -8,7 +8,7 @@ import xarray as xr
 from ...mechanics.statistics.means import estimated_mean
 from ...mechanics.statistics.sampling import sample_bounds
 from ...mechanics.studies.comparison import compare
-from ...mechanics.vocabulary.numbers import percent
+from ...mechanics.vocabulary.numbers import format_percent
 from .distributions import FEWEST_SAMPLES, distribution, draw_mean
 from .style import BLACK, BLUE, DASHED, GREY, PAGE, Axes, Panels, axes, label_axis, legend, log_ticks, panels, styled
 
@@ -100,7 +100,9 @@ def _line_of_equal_forces(ax: Axes, ds: xr.Dataset, ends: np.ndarray) -> None:
 def _means_label(ds: xr.Dataset, ratio: float) -> str:
     """Return the ratio of the means, and how far the distributions differ beside it."""
     distance = float(ds.get("scaled_distance", np.nan))
-    return f"means: × {ratio:.2g}" + (f", then at most {percent(distance)} apart" if np.isfinite(distance) else "")
+    return f"means: × {ratio:.2g}" + (
+        f", then at most {format_percent(distance)} apart" if np.isfinite(distance) else ""
+    )
 
 
 @styled
@@ -114,7 +116,9 @@ def fitted_work(ds: xr.Dataset, *, ax: Axes | None = None):
     ax.plot(ds[name], ds["quantile_distance"], color=BLUE, marker="o", markersize=4.0, linewidth=0.9, label="tried")
     low, high = (float(ds[f"fitted_work_{end}"]) for end in ("low", "high"))
     if np.isfinite([low, high]).all():
-        ax.axvspan(low, high, color=BLUE, alpha=0.15, linewidth=0, label=f"{percent(ds.attrs['confidence'])} interval")
+        ax.axvspan(
+            low, high, color=BLUE, alpha=0.15, linewidth=0, label=f"{format_percent(ds.attrs['confidence'])} interval"
+        )
     if np.isfinite(ds["fitted_work_of_adhesion"]):
         ax.axvline(float(ds["fitted_work_of_adhesion"]), color=BLACK, linewidth=0.8, linestyle=DASHED, label="fit")
     ax.set_xscale("log")

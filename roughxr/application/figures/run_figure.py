@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from ...mechanics.statistics.sampling import at_first_preload, by_share
-from ...mechanics.vocabulary.numbers import bounds_in_words, number
+from ...mechanics.statistics.sampling import at_first_preload, weighted_by_landing_share
+from ...mechanics.vocabulary.numbers import bounds_in_words, format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from ..headline import best_estimate
 from .contact_fields import field_map
@@ -54,7 +54,7 @@ def overview(run: Mapping[str, xr.Dataset]):
     contact = run.get(PULL_OFF_CONTACT, run["solutions/contact"])
     field_map(contact, "pressure", scan=run["scan"], ax=pressure)
     _pull_offs(run, pull_off)
-    delta = number(float(contact["delta"][0]), "nm")
+    delta = format_number(float(contact["delta"][0]), "nm")
     state = "pull-off" if PULL_OFF_CONTACT in run else f"δ = {delta}"
     for ax, title in zip(panels, ("Heights and contact centres", f"One contact, at {state}", "Pull-off force")):
         ax.set_title(title, fontsize=TITLE, fontweight="bold", pad=18)
@@ -77,20 +77,22 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
     means = {}
     for name, ds in samples.items():
         force = at_first_preload(ds["pull_off_force"])
-        means[f"{_METHODS[name]} ({int(force.notnull().sum())})"] = by_share(force).mean()
+        means[f"{_METHODS[name]} ({int(force.notnull().sum())})"] = weighted_by_landing_share(force).mean()
     if (estimate := best_estimate(run)) is not None:
         _draw_estimate(ax, *estimate, unit, size)
     if np.isfinite(ax.dataLim.y1):
         ax.set_ylim(top=_ROOM * ax.dataLim.y1)
     handles, labels = ax.get_legend_handles_labels()
-    labels = [f"{label}, mean {number(means[label] / size, unit)}" if label in means else label for label in labels]
+    labels = [
+        f"{label}, mean {format_number(means[label] / size, unit)}" if label in means else label for label in labels
+    ]
     ax.legend(handles, labels, loc="upper right", borderaxespad=0)
 
 
 def _draw_estimate(ax, mean: float, low: float, high: float, unit: str, size: float) -> None:
     """Draw the best estimate of the mean with its interval, near the lower edge."""
     ends = bounds_in_words(low / size, high / size, unit)
-    text = f"best estimate of the mean, with finer\nroughness, {number(mean / size, unit, 2)} ({ends})"
+    text = f"best estimate of the mean, with finer\nroughness, {format_number(mean / size, unit, 2)} ({ends})"
     style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
     ax.plot([low, high], [0.04, 0.04], linewidth=1.2, **style)
     ax.plot([mean], [0.04], marker="D", markersize=4, linewidth=1.2, label=text, **style)

@@ -16,7 +16,7 @@ import xarray as xr
 
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.calls import check_call
-from ...mechanics.vocabulary.numbers import SUPERSCRIPTS, number, prefixed
+from ...mechanics.vocabulary.numbers import SUPERSCRIPTS, format_number, prefixed
 from ...mechanics.vocabulary.refusal import Refusal
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def unit_formatter(size: float):
     """Return a formatter of ticks in a unit of this size."""
     from matplotlib.ticker import FuncFormatter
 
-    return FuncFormatter(lambda value, _: number(value / size, digits=6))
+    return FuncFormatter(lambda value, _: format_number(value / size, digits=6))
 
 
 def log_ticks(axis) -> None:
@@ -131,7 +131,7 @@ def styled(function: Callable) -> Callable:
 
 
 def _in_table_units(value: Any) -> Any:
-    return schema.entered(value) if isinstance(value, (xr.Dataset, xr.DataArray)) else value
+    return schema.in_package_units(value) if isinstance(value, (xr.Dataset, xr.DataArray)) else value
 
 
 def stroke(order: int) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...mechanics import statistics
-from ...mechanics.statistics.sampling import by_share
+from ...mechanics.statistics.sampling import weighted_by_landing_share
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.refusal import Refusal
 from .style import BLACK, BLUE, GREY, VERMILION, Axes, axes, label_axes, label_axis, legend, stroke, styled
@@ -111,12 +111,12 @@ def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
     intervals = []
     for order, (name, ds) in enumerate(solutions.items()):
         ds = _along_delta(ds)
-        look, delta, mean = stroke(order), ds["delta"].values, by_share(ds["force"]).mean("subregion")
+        look, delta, mean = stroke(order), ds["delta"].values, weighted_by_landing_share(ds["force"]).mean("subregion")
         points: dict[str, Any] = {"marker": "os^D"[order % 4]} if delta.size <= 40 else {}
         forces += [float(mean.min()), float(mean.max())]
         ax.plot(delta, mean, label=name, markersize=2.6, **points, **look)
         if ds.sizes["subregion"] > 1:
-            band = by_share(ds["force"]).quantile([0.16, 0.84], dim="subregion").values
+            band = weighted_by_landing_share(ds["force"]).quantile([0.16, 0.84], dim="subregion").values
             forces += [float(np.nanmin(band)), float(np.nanmax(band))]
             label = None if explained else "68 % of places"
             ax.fill_between(delta, *band, color=look["color"], alpha=0.18, linewidth=0, label=label)

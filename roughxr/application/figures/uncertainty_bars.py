@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from ...mechanics.vocabulary.error_sources import total_std
-from ...mechanics.vocabulary.numbers import number, with_error
+from ...mechanics.vocabulary.numbers import format_number, with_error
 from .style import BLACK, BLUE, GREY, ORANGE, SMALL, Axes, axes, legend, styled
 
 
@@ -73,6 +73,6 @@ def _words(value: float, error: float, change: float, is_bias: bool) -> str:
     sign = "" if is_bias or not round(value, 2) > 0 or not abs(change) > 0 else "−" if change < 0 else "+"
     value = round(value, 2)
     error = round(error, 2)
-    text = " ± ".join(with_error(value, error)) if error > 0 else number(value, digits=2)
+    text = " ± ".join(with_error(value, error)) if error > 0 else format_number(value, digits=2)
     bias = f", {change:+.2g} subtracted".replace("-", "−") if is_bias else ""
     return f"{sign}{text}{bias}"

@@ -13,7 +13,7 @@ from ...mechanics.kernels.topography.random_surface import k_correlation
 from ...mechanics.statistics.laws import fitted_law
 from ...mechanics.statistics.sampling import SAMPLES
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.numbers import number
+from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from ..wording import names_in_words
 from .distributions import label_density, law_curves
@@ -107,7 +107,7 @@ def over_parameter(ds: xr.Dataset, name: str, *, ax: Axes | None = None):
     for order, case in enumerate(cases):
         look = {"marker": "o", "markersize": 3.0, **stroke(order)}
         x = _positions(case[along])
-        label = number(case[others[0]], case[others[0]].attrs.get("units", "")) if others else None
+        label = format_number(case[others[0]], case[others[0]].attrs.get("units", "")) if others else None
         if sample is None or case.sizes[sample] == 1:
             ax.plot(x, case[name].squeeze().values, label=label, **look)
             continue

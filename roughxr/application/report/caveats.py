@@ -51,7 +51,7 @@ def cautions(run: Run) -> list[str]:
     >>> roughxr.report.cautions({"scan": roughxr.open_sample("glass")})[0]
     'The scan is synthetic: ...'
     """
-    run = {name: schema.entered(ds) for name, ds in run.items()}
+    run = {name: schema.in_package_units(ds) for name, ds in run.items()}
     return _sentences_of(caution for find in _FINDERS for caution in find(run))
 
 

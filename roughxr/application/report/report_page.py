@@ -21,7 +21,7 @@ from ...files.storage import atomic_write
 from ...mechanics.scans.regions import sides
 from ...mechanics.statistics import LAWS
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.numbers import number, percent
+from ...mechanics.vocabulary.numbers import format_number, format_percent
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import printable
 from .. import archive, figures
@@ -87,7 +87,7 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
 
 def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
     """Return the page as text."""
-    run = {name: schema.entered(ds) for name, ds in run.items()}
+    run = {name: schema.in_package_units(ds) for name, ds in run.items()}
     return render_template(
         "report.html",
         title=title(run.get("scan", xr.Dataset())),
@@ -131,15 +131,18 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("instrument", header.get("instrument.name", "")),
         ("measured", header.get("acquisition_time", "")),
         ("size", _size_words(scan)),
-        ("pixel", " × ".join(number(step, "nm") for step in sorted(set(schema.pixel(scan))))),
+        ("pixel", " × ".join(format_number(step, "nm") for step in sorted(set(schema.pixel(scan))))),
         ("levelling", scan.attrs.get("levelling", "")),
-        ("heights", f"{number(scan['height'].min())} … {number(scan['height'].max())} nm"),
-        ("roughness S_q", number(parameters["s_q"], "nm") if "s_q" in parameters else ""),
+        ("heights", f"{format_number(scan['height'].min())} … {format_number(scan['height'].max())} nm"),
+        ("roughness S_q", format_number(parameters["s_q"], "nm") if "s_q" in parameters else ""),
         ("materials", scan.attrs.get("materials", "")),
         ("medium", scan.attrs.get("medium", "")),
         *pair_facts(scan),
         *_simulation_facts(run),
-        ("Tabor's parameter, median asperity", number(regime["asperity_tabor"]) if "asperity_tabor" in regime else ""),
+        (
+            "Tabor's parameter, median asperity",
+            format_number(regime["asperity_tabor"]) if "asperity_tabor" in regime else "",
+        ),
         ("simplest valid model", names_in_words("model").get(recommended, "")),
     ]
     return [(name, str(value)) for name, value in facts if value]
@@ -172,17 +175,17 @@ def _simulation_facts(run: Run) -> list[tuple[str, str]]:
     attrs = run["solutions/adhesive"].attrs
     law = str(attrs["law"])
     if "adhesion_length_nm" in attrs:
-        law += f", range {number(attrs['adhesion_length_nm'], 'nm')}"
+        law += f", range {format_number(attrs['adhesion_length_nm'], 'nm')}"
     preload = run["solutions/adhesive"].attrs.get("preload", 0.0)
     summary = run_summary(run)
     independent = summary.get("independent_places")
     places = f"{by_place(run).sizes['subregion']} contact centres"
     if independent is not None and np.isfinite(independent):
-        places += f", {number(independent, digits=2)} of them independent"
+        places += f", {format_number(independent, digits=2)} of them independent"
     return [
         ("law of adhesion", law),
         ("mesh", _mesh_words(run["solutions/adhesive"]["mesh"].values)),
-        ("preload", number(float(preload), "nN")),
+        ("preload", format_number(float(preload), "nN")),
         ("places", places),
     ]
 
@@ -217,23 +220,23 @@ def _errors_in_words(run: Run) -> str:
     if BUDGET not in run:
         return ""
     errors = full_budget(run)["relative_std"].to_series().sort_values(ascending=False)
-    return ", ".join(f"{entry} ({percent(error)})" for entry, error in errors.items() if error > _NAMED_ERROR)
+    return ", ".join(f"{entry} ({format_percent(error)})" for entry, error in errors.items() if error > _NAMED_ERROR)
 
 
 def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
     """Return the quantities of the pair of bodies in words, each with its value."""
     values = {str(name): value for name, value in schema.pair_coordinates(scan).items() if value.ndim == 0}
     units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in values}
-    facts = {name: (schema.VARIABLES[name].long_name, number(values[name], units[name])) for name in values}
+    facts = {name: (schema.VARIABLES[name].long_name, format_number(values[name], units[name])) for name in values}
     if "hamaker_constant" in values:
-        facts["hamaker_constant"] = ("Hamaker constant A", number(1e3 * values["hamaker_constant"], "zJ"))
+        facts["hamaker_constant"] = ("Hamaker constant A", format_number(1e3 * values["hamaker_constant"], "zJ"))
     return list(facts.values())
 
 
 def _rows(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
     """Return the head and the rows of a table as text."""
     head = [table.index.name or "", *(METHOD_WORDS.get(str(column), str(column)) for column in table.columns)]
-    cells = table.map(lambda value: value if isinstance(value, str) else number(round(float(value), 12)))
+    cells = table.map(lambda value: value if isinstance(value, str) else format_number(round(float(value), 12)))
     return head, [[str(label), *row] for label, row in cells.iterrows()]
 
 

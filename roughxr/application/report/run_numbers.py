@@ -17,8 +17,13 @@ from ...mechanics.particles.removal import removing_load, strength_quantile
 from ...mechanics.scans.regions import sides
 from ...mechanics.statistics import smooth_pull_off
 from ...mechanics.statistics.means import scalar_values
-from ...mechanics.statistics.sampling import at_first_preload, by_share, has_debris_flags, standard_deviation
-from ...mechanics.vocabulary.numbers import number, prefixed
+from ...mechanics.statistics.sampling import (
+    at_first_preload,
+    has_debris_flags,
+    standard_deviation,
+    weighted_by_landing_share,
+)
+from ...mechanics.vocabulary.numbers import format_number, prefixed
 from ..figures.values import FORMULAS
 from ..wording import names_in_words, table_of_words
 from .summary import CRITICAL, DETACHMENT, best_method
@@ -87,7 +92,7 @@ def _intervals(run: Run) -> Iterator[Number]:
         ends = statistics.bootstrap(sample, "pull_off_force", statistics=chosen, within=pull_off)
         for name in chosen:
             at = ends.sel(statistic=name)
-            count = number(at["independent_places"], digits=2)
+            count = format_number(at["independent_places"], digits=2)
             yield from _rows("interval", {name: (at["estimate"], at["low"], at["high"])}, place=place, note=count)
 
 
@@ -98,7 +103,7 @@ def _by_method(run: Run) -> Iterator[Number]:
     largest = max((float(ds["pull_off_force"].mean().fillna(0)) for ds in groups.values()), default=0.0)
     for method, ds in groups.items():
         force = ds["pull_off_force"]
-        mean = float(by_share(force).mean())
+        mean = float(weighted_by_landing_share(force).mean())
         smooth = smooth_pull_off(run[f"solutions/{method}"])
         origin = ds.attrs.get("datum", "highest_peak")
         values = {
@@ -107,7 +112,7 @@ def _by_method(run: Run) -> Iterator[Number]:
             "std": _spread(force),
             "largest": force.max(),
             "ratio": mean / smooth if smooth > 0 else np.nan,
-            f"{origin}_mean": by_share(ds["pull_off_delta"]).mean(),
+            f"{origin}_mean": weighted_by_landing_share(ds["pull_off_delta"]).mean(),
             f"{origin}_std": _spread(ds["pull_off_delta"]),
             "adhering": force.notnull().sum(),
         }
@@ -132,7 +137,7 @@ def _forces(run: Run) -> Iterator[Number]:
         if "solutions/smooth" in run:
             smooth = run["solutions/smooth"]["force"].sel(delta=delta, method="nearest").item()
             values["ratio"] = at.mean() / smooth if smooth else np.nan
-        yield from _rows("force", values, size, place=number(delta, "nm"))
+        yield from _rows("force", values, size, place=format_number(delta, "nm"))
 
 
 def _formulas(run: Run) -> Iterator[Number]:
@@ -154,12 +159,12 @@ def _detachment(run: Run) -> Iterator[Number]:
         critical = run[group]
         moments = run_moments(run, method)
         median, low, high = critical_strength(critical)
-        tails = by_share(strength_of_places(critical)).quantile([0.05, 0.95]).values
+        tails = weighted_by_landing_share(strength_of_places(critical)).quantile([0.05, 0.95]).values
         shares = {mode: critical["mode"] == mode for mode in _MODES}
         shares |= {"in_range": critical["in_range"], "unstable": unstable(moments)}
         values = {
-            "moment": by_share(moments["resisting_moment"]).quantile(0.5),
-            "lever": by_share(moments["lever"]).quantile(0.5),
+            "moment": weighted_by_landing_share(moments["resisting_moment"]).quantile(0.5),
+            "lever": weighted_by_landing_share(moments["lever"]).quantile(0.5),
             "lever_error": _median_percent(moments, "lever_error"),
             "q5": tails[0],
             "q50": (median, low, high),
@@ -167,7 +172,10 @@ def _detachment(run: Run) -> Iterator[Number]:
             "error": _median_percent(critical, "critical_load_error"),
             "low": low,
             "high": high,
-            **{name: round(100 * float(by_share(flags.astype(float)).mean())) for name, flags in shares.items()},
+            **{
+                name: round(100 * float(weighted_by_landing_share(flags.astype(float)).mean()))
+                for name, flags in shares.items()
+            },
         }
         yield from _rows("detachment", values, source=method)
 
@@ -194,7 +202,7 @@ def run_moments(run: Run, method: str | None = None) -> xr.Dataset:
 def _median_percent(ds: xr.Dataset, name: str) -> float:
     if name not in ds or not bool(ds[name].notnull().any()):  # such as where the sphere rolls off by itself
         return np.nan
-    return 100 * float(by_share(ds[name]).quantile(0.5))
+    return 100 * float(weighted_by_landing_share(ds[name]).quantile(0.5))
 
 
 def unstable(moments: xr.Dataset) -> xr.DataArray:

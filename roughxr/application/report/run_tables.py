@@ -11,7 +11,7 @@ import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
 from ...mechanics.vocabulary.error_sources import UNSEEN, total_std
-from ...mechanics.vocabulary.numbers import number, percent, value_and_interval, with_error
+from ...mechanics.vocabulary.numbers import format_number, format_percent, value_and_interval, with_error
 from ..headline import best_estimate
 from ..wording import names_in_words, table_of_words
 from .run_numbers import METHOD_WORDS, Number, run_numbers
@@ -71,7 +71,7 @@ def full_budget(run: Run) -> xr.Dataset:
         return budget
     estimate = run["statistics/extrapolated"]
     unseen = float(estimate["relative_std"].sel(entry=UNSEEN))
-    finest = number(float(estimate["finest_shown"]), "nm", 2)
+    finest = format_number(float(estimate["finest_shown"]), "nm", 2)
     how = f"standard deviation of the logarithm of the factor by roughness finer than {finest}"
     variables = ["relative_std", "standard_error", "pull_off_change", "known_bias", "how"]
     variables += ["pull_off_corrected", "pull_off_mean"]
@@ -86,12 +86,12 @@ def _accuracy_of_total(run: Run) -> str:
     total, deviation = (float(budget[name]) for name in ("total_std", "total_standard_error"))
     accuracy = "has no error of its own, since places are too few"
     if deviation >= 0:
-        accuracy = f"is known to ± {percent(deviation / total)}"
+        accuracy = f"is known to ± {format_percent(deviation / total)}"
     if best_estimate(run) is None:
         places = f"{budget.attrs['changed_places']} of {budget.attrs['solved_places']} places"
         return f"The total {accuracy}. Each change is solved at {places}."
-    finest = number(float(run["statistics/extrapolated"]["finest_shown"]), "nm", 2)
-    seen = f"Without roughness finer than {finest} the total is {percent(total)}"
+    finest = format_number(float(run["statistics/extrapolated"]["finest_shown"]), "nm", 2)
+    seen = f"Without roughness finer than {finest} the total is {format_percent(total)}"
     return f"{seen}, which {accuracy}; the error of the entry of that roughness is not known."
 
 
@@ -99,9 +99,9 @@ def _budget_row(error: float, deviation: float, change: float, how: str) -> list
     """Return an error with its standard error and the change of the mean, in per cent, as text."""
     error = round(100 * error, 2)
     deviation = round(100 * deviation, 2)
-    error_words = " ± ".join(with_error(error, deviation)) if deviation > 0 else number(error, digits=2)
+    error_words = " ± ".join(with_error(error, deviation)) if deviation > 0 else format_number(error, digits=2)
     sign = "+" if change > 0 else ""
-    return [error_words, f"{sign}{number(round(100 * change, 2), digits=2)}", how]
+    return [error_words, f"{sign}{format_number(round(100 * change, 2), digits=2)}", how]
 
 
 def text(table: pd.DataFrame, title: str) -> str:
@@ -110,5 +110,5 @@ def text(table: pd.DataFrame, title: str) -> str:
     named = table if "paper" in table else table.rename(columns=METHOD_WORDS)
     widths = {name: column.str.len().max() for name, column in named.items() if not is_numeric_dtype(column)}
     left_aligned = {name: f"{{:<{width}}}".format for name, width in widths.items()}  # text is left-aligned
-    numbers = {"float_format": lambda v: number(round(v, 9), digits=digits), "na_rep": "–", "justify": "right"}
+    numbers = {"float_format": lambda v: format_number(round(v, 9), digits=digits), "na_rep": "–", "justify": "right"}
     return f"{title}\n{'=' * len(title)}\n{named.to_string(formatters=left_aligned, **numbers)}\n"

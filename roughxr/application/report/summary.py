@@ -17,10 +17,10 @@ from ...mechanics.particles.removal import strength_quantile
 from ...mechanics.scans.plausibility import is_noise
 from ...mechanics.scans.regions import sides
 from ...mechanics.statistics.means import mean_pull_off, with_units
-from ...mechanics.statistics.sampling import by_share, place_numbers, place_order
+from ...mechanics.statistics.sampling import place_numbers, place_order, weighted_by_landing_share
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.error_sources import HALF_WIDTH
-from ...mechanics.vocabulary.numbers import number
+from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.text import printable
 from ..headline import answer_lines, best_estimate, with_best_estimate
 from ..sentences import estimate_notes
@@ -70,7 +70,7 @@ def headline(run: Run) -> str:
 
 def headline_lines(run: Run) -> list[str]:
     """Return the sentences of the headline."""
-    return answer_lines(run_summary({name: schema.entered(ds) for name, ds in run.items()}))
+    return answer_lines(run_summary({name: schema.in_package_units(ds) for name, ds in run.items()}))
 
 
 def run_summary(run: Run) -> xr.Dataset:
@@ -135,7 +135,7 @@ def _flow(run: Run) -> dict[str, float]:
     density = fluid_of(critical).density
     stress = {key.replace(name, "wall_shear_stress"): density * value**2 for key, value in flow.items()}
     contacts = run["solutions/rolling"]["contacts"]
-    return flow | stress | {"supports": float(by_share(contacts).quantile(0.5))}
+    return flow | stress | {"supports": float(weighted_by_landing_share(contacts).quantile(0.5))}
 
 
 def _advice(run: Run, out: xr.Dataset) -> str:
@@ -148,15 +148,15 @@ def _advice(run: Run, out: xr.Dataset) -> str:
     touched = 2 * np.sqrt(2 * radius * 2 * float(np.nanstd(scan["height"].values)))
     if side < 2 * touched:
         return (
-            f"measure a larger scan, since the sphere can touch {number(touched, 'nm')} of the {number(side, 'nm')} of "
-            "this one, so that all places share a few summits"
+            f"measure a larger scan, since the sphere can touch {format_number(touched, 'nm')} of the "
+            f"{format_number(side, 'nm')} of this one, so that all places share a few summits"
         )
     shortest = run.get("solutions/adhesive", run["statistics/adhesive"]).coords.get("shortest_wavelength")
     # shortest wavelength (nm) above which a scan is too coarse: contacts at pull-off are smaller
     if shortest is not None and float(shortest) > 50.0 and "best_estimate" not in out:
         return (
-            f"measure a finer scan, since this scan does not resolve roughness finer than {number(shortest, 'nm')}, "
-            "which probably lowers the pull-off much"
+            "measure a finer scan, since this scan does not resolve roughness finer than "
+            f"{format_number(shortest, 'nm')}, which probably lowers the pull-off much"
         )
     return ""
 

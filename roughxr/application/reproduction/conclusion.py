@@ -11,7 +11,7 @@ import xarray as xr
 from ...mechanics.contact.problem import first_touches
 from ...mechanics.specimen import specimen_of
 from ...mechanics.statistics.sampling import counted_equally, standard_deviation
-from ...mechanics.vocabulary.numbers import number
+from ...mechanics.vocabulary.numbers import format_number
 
 Run = Mapping[str, xr.Dataset]
 
@@ -124,18 +124,18 @@ def conclusion(run: Run) -> str:
     )
     if not has_simulation(run):
         return overlap
-    low, high = (number(published[_END.format(end)], digits=2) for end in _ENDS)
+    low, high = (format_number(published[_END.format(end)], digits=2) for end in _ENDS)
     gives = (
-        f"Its method gives the mean of many places, {number(published[_MEANS], digits=2)} times the simulation's, by "
-        f"cancellation: sums that are too large add {_percent(published, _ADDED)} to the mean, sums that are too small "
-        f"take {_percent(published, _TAKEN)} from it."
+        f"Its method gives the mean of many places, {format_number(published[_MEANS], digits=2)} times the "
+        f"simulation's, by cancellation: sums that are too large add {_percent(published, _ADDED)} to the mean, sums "
+        f"that are too small take {_percent(published, _TAKEN)} from it."
     )
     gives_not = (
-        f"It does not give the pull-off of one place: {number(published[_MEDIAN], digits=2)} times the simulation's at "
-        f"the median place, {low} … {high} at nine of ten, with a rank correlation of "
-        f"{number(published[_RANKS], digits=2)}."
+        f"It does not give the pull-off of one place: {format_number(published[_MEDIAN], digits=2)} times the "
+        f"simulation's at the median place, {low} … {high} at nine of ten, with a rank correlation of "
+        f"{format_number(published[_RANKS], digits=2)}."
     )
-    scatter = [number(table.loc[_SCATTER, method], digits=2) for method in ("published", "energy", SIMULATION)]
+    scatter = [format_number(table.loc[_SCATTER, method], digits=2) for method in ("published", "energy", SIMULATION)]
     width = (
         f"Nor does it give the width of the distribution: the standard deviation is {scatter[0]} of the mean as "
         f"published and {scatter[1]} corrected, for {scatter[2]} in the simulation."

@@ -36,7 +36,7 @@ from ...mechanics.studies.extrapolation import pixel_series, real_pull_off, with
 from ...mechanics.studies.uncertainty_budget import budget_of
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.adhesion_laws import HERTZ
-from ...mechanics.vocabulary.numbers import number
+from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import without_warnings
 from .. import report
@@ -169,7 +169,7 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
         with_levers = _WITH_LEVERS if has_levers else 1.0
         if pace > 0:
             stage = before + with_levers * pace * task.places
-            stages.expect(f"each place takes {number(with_levers * pace, 's', 2)}", adhesive=stage)
+            stages.expect(f"each place takes {format_number(with_levers * pace, 's', 2)}", adhesive=stage)
         moments = {}
         if has_levers:
             rolled = adhesive_and_moments(specimen, directions=plan.directions, mesh=mesh, **options, **how)
@@ -191,7 +191,7 @@ def _durations_after(took: float, places: int, budget: int) -> tuple[str, dict[s
     ``took`` is the duration of the simulation with adhesion at all places without levers, s.
     """
     one_place = took / places
-    why = f"each place took {number(one_place, 's', 2)}"
+    why = f"each place took {format_number(one_place, 's', 2)}"
     seconds = {
         "curves": 2 + 2.5 * min(places, _CURVE_PLACES) * one_place,
         "budget": 5 + 12 * budget * one_place,  # as many solves of each place

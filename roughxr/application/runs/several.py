@@ -17,7 +17,7 @@ from ...mechanics.jobs.progress import TimeLeft, print_line, rough_duration
 from ...mechanics.scans.regions import sides
 from ...mechanics.statistics import pooled
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.numbers import percent, quantity, value_and_interval, with_interval
+from ...mechanics.vocabulary.numbers import format_percent, format_quantity, value_and_interval, with_interval
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.table import SCALARS
 from .. import report
@@ -176,8 +176,8 @@ def _pooled_words(finished: Mapping[str, ScanResult]) -> str:
     value, low, high = (float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high"))
     return (
         f"Mean pull-off over {len(enough)} scans, as scanned: {with_interval(value, low, high)}; "
-        f"standard deviation between scans {quantity(float(pooled_mean['between_std']))} beyond the scatter of places. "
-        "Best estimates of the real surface are not pooled: the scans share most of their errors."
+        f"standard deviation between scans {format_quantity(float(pooled_mean['between_std']))} beyond the scatter of "
+        "places. Best estimates of the real surface are not pooled: the scans share most of their errors."
     )
 
 
@@ -185,7 +185,7 @@ def _cells(run: ScanResult) -> list[tuple[str, str]]:
     """Return the row of a scan on the summary page: head and text of each cell."""
     cells = []
     for row in summary_numbers(run.summary):
-        text = percent(row.value) if row.units == "%" else quantity(row.value, row.units)
+        text = format_percent(row.value) if row.units == "%" else format_quantity(row.value, row.units)
         if row.note:
             text, interval = value_and_interval(row.value, row.low, row.high, row.units)
         cells.append((row.words, text))

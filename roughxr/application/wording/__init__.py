@@ -13,20 +13,20 @@ from typing import Any
 
 import numpy as np
 
-from ...mechanics.vocabulary.numbers import number, percent, quantity, significant
+from ...mechanics.vocabulary.numbers import format_number, format_percent, format_quantity, significant
 
 #: How numbers are written, by what stands after the colon of a field.
 _FORMATS: dict[str, Callable[[Any], str]] = {
-    "": number,
-    "%": percent,
-    "nN": quantity,
-    "nm": lambda value: number(value, "nm", 2),
-    "GPa": lambda value: number(value, "GPa"),
-    "zJ": lambda value: number(1e3 * value, "zJ"),
-    "Pa": lambda value: quantity(value, "Pa"),
-    "2": lambda value: number(value, digits=2),
+    "": format_number,
+    "%": format_percent,
+    "nN": format_quantity,
+    "nm": lambda value: format_number(value, "nm", 2),
+    "GPa": lambda value: format_number(value, "GPa"),
+    "zJ": lambda value: format_number(1e3 * value, "zJ"),
+    "Pa": lambda value: format_quantity(value, "Pa"),
+    "2": lambda value: format_number(value, digits=2),
     "~": significant,
-    "+": number,
+    "+": format_number,
     "?": lambda value: "",
 }
 

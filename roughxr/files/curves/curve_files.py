@@ -14,7 +14,7 @@ from ..images.channel import UnreadableScan, first_bytes, read_in_process, refus
 from ..images.force_curve_formats import TEXTS, ZIP, curve_format
 from ..images.netcdf import HDF5
 from ..images.plain import decoded, separators
-from ..images.recognition import guarded
+from ..images.recognition import call_naming_file
 from ..storage import open_locked_raw
 from . import curve_reader, exported_curves
 from .forces import Calibration, has_units
@@ -59,7 +59,7 @@ def _nt_mdt(head: bytes, given: Calibration) -> str | None:
 
 def open_curve_file(path: Path, kind: str, given: Calibration) -> CurveFile:
     """Return a file of curves without reading its samples; raise if the calibration is unknown."""
-    stated = _stated(path, kind, given)
+    stated = _stated_calibration(path, kind, given)
     answer = _reader_answer(path, kind, {})
     used = {name: stated[name] for name in _needed(path, kind, answer, stated)}
     answer = _reader_answer(path, kind, used) if used else answer
@@ -76,7 +76,7 @@ def open_curve_file(path: Path, kind: str, given: Calibration) -> CurveFile:
     return CurveFile(path, kind, used, answer["format"], [{**stated, **curve} for curve in curves])
 
 
-def _stated(path: Path, kind: str, given: Calibration) -> dict[str, float]:
+def _stated_calibration(path: Path, kind: str, given: Calibration) -> dict[str, float]:
     """Return the caller's calibration under afmformats' names, in m/V (m/A) and N/m."""
     for option in ("units", "pulls"):
         if getattr(given, option) is not None:
@@ -107,7 +107,7 @@ def _needed(path: Path, kind: str, answer: dict[str, Any], stated: dict[str, flo
 
 def _reader_answer(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
     if kind in exported_curves.READERS:
-        return guarded(path, exported_curves.read, path, kind, known, **which)
+        return call_naming_file(path, exported_curves.read, path, kind, known, **which)
     texts = {name: words for name, words in TEXTS.items() if name not in exported_curves.READERS}
     return read_in_process(
         path, curve_reader, "afmformats", extra="curves", kind=kind, known=known, texts=texts, **which

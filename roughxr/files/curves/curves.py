@@ -67,7 +67,7 @@ def open_curves(
     path = files.regular_file(path)
     family, _ = files.reader_of(path)
     calibration = Calibration(units, sensitivity, spring_constant)
-    kind = files.guarded(path, curve_kind, path, family, calibration)
+    kind = files.call_naming_file(path, curve_kind, path, family, calibration)
     with naming_file(path):
         if kind is None and family != "text" and not is_spreadsheet(path):
             other_kind = "an image or another file"
@@ -86,7 +86,7 @@ def open_curves(
 
 def read_curve_table(path: Path, piezo_units: str | None, calibration: Calibration) -> xr.Dataset:
     """Return the curve in a table."""
-    columns = {column.name.lower(): column for column in files.guarded(path, read_table, path)}
+    columns = {column.name.lower(): column for column in files.call_naming_file(path, read_table, path)}
     signal = [name for name in ("force", "deflection") if name in columns]
     if "piezo" not in columns or len(signal) != 1:
         names = ", ".join(map(repr, columns)) or "none"

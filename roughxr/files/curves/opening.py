@@ -184,7 +184,7 @@ def _read_file(
     if family == "vendor" and (line := text_without_numbers(path)):
         expected = "a table of forces with names above its columns, an adhesion image, or force curves"
         raise UnreadableScan(path, expected, f"a text without numbers, {line!r}")
-    kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, calibration)
+    kind = None if image.size is not None else files.call_naming_file(path, curve_kind, path, family, calibration)
     if family == "netcdf" and kind is None:
         raise UnreadableScan(path, "a table or an AFM file", "NetCDF", "write its pull-off forces as a table, .csv")
     if kind is not None:
@@ -244,7 +244,7 @@ def _read_force_table(
     path: Path, image: _Selection, place_units: str | None, calibration: Calibration, baseline: Any
 ) -> xr.Dataset:
     schema.refuse_unused("a table", scan_direction=image.scan_direction, size=image.size)
-    columns = files.guarded(path, read_table, path, pull_offs=True)
+    columns = files.call_naming_file(path, read_table, path, pull_offs=True)
     if image.channel is None and any(column.name.lower() == "piezo" for column in columns):
         schema.refuse_unused("a force-distance curve", place_units=place_units, pulls=calibration.pulls)
         curve = schema.label(read_curve_table(path, None, calibration))

@@ -27,7 +27,7 @@ from ...mechanics.vocabulary.units import factor
 from .channel import UnreadableScan, file_name, first_bytes
 from .force_curve_formats import METADATA
 from .netcdf import is_netcdf, unread
-from .recognition import file_hash, guarded, list_channels, read_scan, regular_file
+from .recognition import call_naming_file, file_hash, list_channels, read_scan, regular_file
 
 #: Largest size of the metadata, bytes: JSON, and YAML, which takes ten seconds a megabyte.
 _LARGEST_METADATA = {"index.json": 2**24, "meta.yml": 2**19}
@@ -85,7 +85,7 @@ def open_container(path: str | os.PathLike) -> list[xr.Dataset]:
     path = regular_file(path)
     if not zipfile.is_zipfile(path):
         raise UnreadableScan(path, "the zip file of a container of contact.engineering", "no zip file")
-    return guarded(path, _read_topographies, path)
+    return call_naming_file(path, _read_topographies, path)
 
 
 def _read_topographies(path: Path) -> list[xr.Dataset]:

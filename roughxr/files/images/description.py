@@ -17,7 +17,7 @@ from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.units import factor
 from .channel import Channel, file_name, is_length
-from .recognition import file_hash, guarded, labelled, list_channels, reader_of, regular_file, with_size
+from .recognition import call_naming_file, file_hash, labelled, list_channels, reader_of, regular_file, with_size
 
 _COLUMNS = (
     "name",
@@ -64,7 +64,7 @@ def describe(path: str | os.PathLike) -> xr.Dataset:
     """
     path = regular_file(path)
     family, _ = reader_of(path)
-    rows = [guarded(path, _described, channel, path) for channel in list_channels(path)]
+    rows = [call_naming_file(path, _described, channel, path) for channel in list_channels(path)]
     columns = {name: ("channel", [row.get(name, np.nan) for row in rows]) for name in _COLUMNS}
     out = schema.label(xr.Dataset(columns, {"channel": np.arange(len(rows))}))
     return out.assign_attrs(

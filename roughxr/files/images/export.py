@@ -114,7 +114,7 @@ def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") ->
     'scan.gsf'
     """
     schema.one_of(Path(path).suffix.lower(), (".gsf",), "path's ending")
-    ds = validate(ds, "scan") if name == "height" else schema.entered(ds)
+    ds = validate(ds, "scan") if name == "height" else schema.in_package_units(ds)
     maps = [str(variable) for variable in ds.data_vars if set(ds[variable].dims) == {"x", "y"}]
     _gsf(ds, path, schema.one_of(name, tuple(maps), "name"))
     return Path(path)

@@ -1,4 +1,4 @@
-"""Names of formats: what an error says that it recognized, and what ``roughxr info --formats`` lists.
+"""Names of formats: what an error says that it naming_format, and what ``roughxr info --formats`` lists.
 
 The tests open a sample of each format in `READ`. SurfaceTopography reads more, of optical profilers.
 """

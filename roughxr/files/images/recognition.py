@@ -110,7 +110,7 @@ def is_microscope_file(path: Any) -> bool:
     return bool(vendors.code_of(head)) or path.suffix.lower() == ".x3p"  # a zip file, whose first bytes say nothing
 
 
-def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) -> Any:
+def call_naming_file(path: Path, read: Callable[..., Any], *args: Any, **options: Any) -> Any:
     """Return ``read(...)``; any error of a library is raised again with the file's name."""
     try:
         with naming_file(path):
@@ -139,7 +139,7 @@ def naming_format(path: Path, code: str) -> Iterator[None]:
 def images(path: Path, family: str, read: Callable[[Path], list[Channel]]) -> tuple[str, list[Channel]]:
     """Return the format of a file and the images that it holds."""
     with naming_format(path, family):
-        channels = guarded(path, read, path)
+        channels = call_naming_file(path, read, path)
     return str(channels[0].header.get("format", family)) if channels else family, channels
 
 
@@ -208,7 +208,7 @@ def read_scan(
 
 def _labelled_netcdf(path: Path, options: dict[str, Any]) -> xr.Dataset:
     """Return a NetCDF file's scan, not read yet; roughxr's own files keep their history and origin."""
-    opened = guarded(path, open_netcdf, path, channel=options["channel"])
+    opened = call_naming_file(path, open_netcdf, path, channel=options["channel"])
     try:
         for option in ("scan_direction", "size", "height_units"):
             if options[option] is not None:
@@ -291,7 +291,7 @@ def _check_square(channel: Channel, size: tuple[float, float], path: Path) -> No
 
 def picture(channel: Channel, path: Path) -> xr.DataArray:
     """Return a channel's values over x and y (nm): the picture's top row at the largest y."""
-    rows = np.asarray(guarded(path, channel.read), dtype=float)
+    rows = np.asarray(call_naming_file(path, channel.read), dtype=float)
     if rows.shape != channel.shape:
         raise UnreadableScan(path, f"{channel.shape} pixels (rows, columns)", f"{rows.shape}")
     assert channel.size is not None  # by `with_size`

@@ -19,7 +19,7 @@ from ..kernels.asperity.asperity_laws import subset
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
-from ..vocabulary.numbers import number
+from ..vocabulary.numbers import format_number
 from ..vocabulary.refusal import Refusal, shown
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities, Quantity, is_whole, magnitude, whole_number
@@ -201,8 +201,9 @@ def _warn_of_lost_supports(contacts: float, supports: float) -> None:
     """Warn where spheres touch much fewer asperities than summits that supported them at rest."""
     if contacts < 0.6 * supports:  # two of three supports suffice
         warn(
-            f"subregions: {number(contacts)} asperities in contact on average, where {number(supports)} summits of the "
-            "scan support a sphere at rest; take resting(on=ds.contact.asperities()), else moments are too small",
+            f"subregions: {format_number(contacts)} asperities in contact on average, where {format_number(supports)} "
+            "summits of the scan support a sphere at rest; take resting(on=ds.contact.asperities()), else moments are "
+            "too small",
             DoubtfulAsperities,
         )
 

@@ -15,7 +15,7 @@ from ..scans import regions
 from ..specimen import ask_about_depth
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
-from ..vocabulary.numbers import number
+from ..vocabulary.numbers import format_number
 from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Places, Quantities
 from .asperity_sum import DEFAULT, Asperities, Summands, SumOptions, exact_pull_offs, law_attributes, read_summands
@@ -163,8 +163,8 @@ def _warn_if_untouched(out: xr.Dataset) -> None:
     """Warn if no place has a contact at any displacement: zero forces are easily misread."""
     if not bool((out["contacts"] > 0).any()):
         warn(
-            f"delta: nothing touches down to {number(out['delta'][-1], 'nm')} below the highest point of the scan: all "
-            "forces are 0; leave delta= out, so that every place is touched",
+            f"delta: nothing touches down to {format_number(out['delta'][-1], 'nm')} below the highest point of the "
+            "scan: all forces are 0; leave delta= out, so that every place is touched",
             IncompleteResult,
         )
 

@@ -232,7 +232,7 @@ def assign_pair(
             raise Refusal("medium", "a dry pair across a medium, or humid air", "both", "leave medium or humidity out")
     air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
     adhesion, under_liquid = _dry_and_under_liquid(surface_energy, work_of_adhesion, is_humid=air is not None)
-    values = _stated(
+    values = _without_missing(
         contact_modulus=_contact_modulus(contact_modulus, *moduli),
         sphere_radius=None if sphere_radius is None else _radius(sphere_radius, ds),
         **_attraction(bodies, adhesion, hamaker_constant, between),
@@ -361,7 +361,7 @@ def _attraction(bodies: tuple | None, adhesion: float | None, stated_constant: A
                 f"approach of {distance:.2g} nm: is this intended? (van der Waals solids have 0.1 to 0.5 nm)",
                 ImplausiblePair,
             )
-    return _stated(work_of_adhesion=adhesion, hamaker_constant=constant)
+    return _without_missing(work_of_adhesion=adhesion, hamaker_constant=constant)
 
 
 def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
@@ -451,7 +451,7 @@ def elastic(ds: xr.Dataset) -> xr.Dataset:
     return schema.label(ds.assign_coords(hardness_estimate=float(ds["hardness"])).drop_vars("hardness"))
 
 
-def _stated(**values: float | None) -> dict[str, float]:
+def _without_missing(**values: float | None) -> dict[str, float]:
     """Return the values that are known."""
     return {name: value for name, value in values.items() if value is not None}
 
@@ -543,7 +543,7 @@ def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
     if not isinstance(indenter, xr.DataArray) or set(indenter.dims) != {"x", "y"}:
         expected = "a scan, or a DataArray of heights with dimensions ('x', 'y')"
         raise Refusal("indenter", expected, type(indenter).__name__, "open a file by roughxr.open_scan")
-    heights = schema.entered(indenter)
+    heights = schema.in_package_units(indenter)
     heights = heights.copy(data=in_units(heights.variable, "nm", "indenter").data).assign_attrs(units="nm")
     for axis in ("x", "y"):
         schema.spacing(heights[axis])

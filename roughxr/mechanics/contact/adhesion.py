@@ -24,7 +24,7 @@ from ..kernels.adhesion.traction_laws import TAIL
 from ..specimen import Specimen, need_wide_scan, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO
-from ..vocabulary.numbers import number
+from ..vocabulary.numbers import format_number
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Places, Quantities, Quantity
@@ -232,7 +232,7 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
 
 def _time_on_cells(adhesion: Adhesion, problem: Problem) -> str:
     """Return about the processor time of a place on cells, in words."""
-    return number(float(f"{seconds_on_cells(problem, adhesion):.1g}"), "s")
+    return format_number(float(f"{seconds_on_cells(problem, adhesion):.1g}"), "s")
 
 
 def warn_of_time(specimen: Specimen, *, preload: Quantities, law: str) -> None:

@@ -57,19 +57,21 @@ def cycle_record(place: Place, problem: Problem, layout: Layout, adhesion: Adhes
         return _front_record(by_front, problem, layout, adhesion)
     cycles, errors = cycles_at(place, problem, adhesion, fields=layout.window is not None)
     record = layout.blank()
-    for k, followed in enumerate(cycles.paths):
-        results: dict[str, Any] = dict(cycles.events[k]) if reached(followed, adhesion, k) else {}
-        reach = largest_displacement(followed, cycles) + (adhesion.liquid.height if adhesion.liquid else 0.0)
+    for k, cycle_path in enumerate(cycles.paths):
+        results: dict[str, Any] = dict(cycles.events[k]) if reached(cycle_path, adhesion, k) else {}
+        reach = largest_displacement(cycle_path, cycles) + (adhesion.liquid.height if adhesion.liquid else 0.0)
         results |= {"complete": bool(results), "truncated": cycles.surface.unknown_from < reach}
         results |= {name: np.broadcast_to(value, len(cycles.paths))[k] for name, value in errors.items()}
         if adhesion.preloads.size and results["complete"]:
-            turns = [paths[k].states[paths[k].turn - 1] for paths in (cycles.paths, cycles.wider or cycles.paths)]
+            turns = [
+                paths[k].states[paths[k].first_retraction - 1] for paths in (cycles.paths, cycles.wider or cycles.paths)
+            ]
             depth, area = (cycles.edges[k].apply(*(turn[name] for turn in turns)) for name in ("delta", "contact_area"))
             results |= {"preload_delta": depth, "contact_area": max(area, 0.0)}
-            results |= {"converged": bool(followed.states["converged"].all())}
-            results |= {"residual": followed.states["residual"].max()}
-            shares = yielded_shares(followed, cycles.problem)
-            results |= {name: values[followed.turn - 1] for name, values in shares.items()}
+            results |= {"converged": bool(cycle_path.states["converged"].all())}
+            results |= {"residual": cycle_path.states["residual"].max()}
+            shares = yielded_shares(cycle_path, cycles.problem)
+            results |= {name: values[cycle_path.first_retraction - 1] for name, values in shares.items()}
             results |= lever_results(place, cycles, adhesion) if adhesion.directions.size else {}
         for name, value in results.items():
             at = np.unravel_index(k, record[name].shape) if np.ndim(value) == 0 else ...
@@ -112,11 +114,11 @@ def _put_states(record: np.ndarray, cycles: Cycles, *, to_edge: bool) -> None:
                 record[name][1, record[name].shape[1] - size :] = values[::-1]
 
 
-def _at_displacements(followed: path.Path, problem: Problem) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def _at_displacements(cycle_path: path.Path, problem: Problem) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return loading and retraction of each quantity at the prescribed displacements."""
-    states = {name: followed.states[name] for name in _STATES} | yielded_shares(followed, problem)
-    prescribed = followed.states["prescribed"]
-    on_loading = np.arange(len(followed.states)) < followed.turn
+    states = {name: cycle_path.states[name] for name in _STATES} | yielded_shares(cycle_path, problem)
+    prescribed = cycle_path.states["prescribed"]
+    on_loading = np.arange(len(cycle_path.states)) < cycle_path.first_retraction
     return {
         name: (values[prescribed & on_loading], values[prescribed & ~on_loading]) for name, values in states.items()
     }
@@ -124,18 +126,18 @@ def _at_displacements(followed: path.Path, problem: Problem) -> dict[str, tuple[
 
 def _put_fields(record: np.ndarray, cycles: Cycles, problem: Problem) -> None:
     """Write the fields of the states at the prescribed displacements."""
-    followed = cycles.paths[0]
+    cycle_path = cycles.paths[0]
     surface = cycles.surface
-    if len(followed.pressures) != len(BRANCHES) * problem.steps.size:  # the path broke off: its fields stay NaN
+    if len(cycle_path.pressures) != len(BRANCHES) * problem.steps.size:  # the path broke off: its fields stay NaN
         return
     deltas = np.tile(problem.steps + surface.zero, (len(BRANCHES), 1))
     shape = surface
     if problem.yielding:
-        heights = followed.residual_heights
+        heights = cycle_path.residual_heights
         put_fields(record, surface, {"residual_height": heights})
         residual_heights = np.stack((heights, np.broadcast_to(heights[-1], heights.shape)))
         shape = surface._replace(separation=surface.separation - residual_heights)
-    put_fields(record, surface, state_fields(_split_branches(followed.pressures), shape, deltas, problem))
+    put_fields(record, surface, state_fields(_split_branches(cycle_path.pressures), shape, deltas, problem))
 
 
 def _split_branches(pressures: np.ndarray) -> np.ndarray:

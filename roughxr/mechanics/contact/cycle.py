@@ -90,20 +90,24 @@ def prescribed_deltas(surface: Surface, problem: Problem, adhesion: Adhesion) ->
     return problem.steps + (surface.separation.min() if adhesion.preloads.size else surface.zero)
 
 
-def largest_displacement(followed: path.Path, cycles: Cycles) -> float:
+def largest_displacement(cycle_path: path.Path, cycles: Cycles) -> float:
     """Return the largest displacement of a cycle, nm below the datum."""
-    return cycles.surface.zero + (followed.states["delta"][followed.turn - 1] if followed.turn else -np.inf)
+    if not cycle_path.first_retraction:
+        return -np.inf
+    return cycles.surface.zero + cycle_path.states["delta"][cycle_path.first_retraction - 1]
 
 
-def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
+def reached(cycle_path: path.Path, adhesion: Adhesion, k: int) -> bool:
     """Return whether a cycle turned back at its preload, and not at the largest depth."""
     if adhesion.preloads.size == 0:
         return True
-    if not followed.turn:
+    if not cycle_path.first_retraction:
         return False
-    turn, largest = followed.states[followed.turn - 1], -followed.states["force"].min()
+    last_loaded = cycle_path.states[cycle_path.first_retraction - 1]
+    largest_pull = -cycle_path.states["force"].min()
     goal = adhesion.preloads[k % adhesion.preloads.size]
-    return turn["contact_area"] > 0 and turn["force"] >= goal - _PRELOAD_TOLERANCE * max(goal, largest)
+    least = goal - _PRELOAD_TOLERANCE * max(goal, largest_pull)
+    return last_loaded["contact_area"] > 0 and last_loaded["force"] >= least
 
 
 def cycles_on(
@@ -123,14 +127,14 @@ def cycles_on(
     observe = _footprints_of(problem, adhesion) if adhesion.directions.size else None
     options = {"fields": fields, "press": press, "observe": observe, "roughly": roughly}
     paths = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem), options)
-    steep = [_events(followed, has_edge) for followed in paths]
+    steep = [_events(cycle_path, has_edge) for cycle_path in paths]
     pulls = _pull_offs(steep)
-    pressed = np.array([followed.pressed for followed in paths])
+    pressed = np.array([cycle_path.pressed for cycle_path in paths])
     if not has_edge or roughly:
         edges = [Extrapolation(0.0, 0.0)] * len(paths)
         return Cycles(surface, problem, adhesion.law, paths, [], edges, steep, pulls, np.zeros(0), pressed)
     wider = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem, 0.5), {})
-    wide = [_events(followed, has_edge) for followed in wider]
+    wide = [_events(cycle_path, has_edge) for cycle_path in wider]
     edges = [_extrapolation(adhesion.law, *both) for both in zip(steep, wide)]
     events = [_extrapolated_events(*each) for each in zip(steep, wide, edges)]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -164,11 +168,13 @@ def _follow(surface: Surface, problem: Problem, adhesion: Adhesion, law, options
     for _ in range(1, adhesion.cycles):
         loads = [adhesion.preloads[k : k + 1] for k in range(len(before))]
         before = [
-            _cycle(surface, problem, adhesion, law, options, load, last.residual_heights[-1])[0] if last.turn else last
+            _cycle(surface, problem, adhesion, law, options, load, last.residual_heights[-1])[0]
+            if last.first_retraction
+            else last
             for load, last in zip(loads, before)
         ]
         paths = paths + before
-    return [_in_units(followed, surface, problem) for followed in paths]
+    return [_in_units(cycle_path, surface, problem) for cycle_path in paths]
 
 
 def _cycle(surface, problem, adhesion, law, options, preloads, residual_height) -> list[path.Path]:
@@ -192,25 +198,25 @@ def _cycle(surface, problem, adhesion, law, options, preloads, residual_height) 
     )
 
 
-def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.Path:
+def _in_units(cycle_path: path.Path, surface: Surface, problem: Problem) -> path.Path:
     """Return a path in nm, nN and GPa, its displacements counted from the datum of the result."""
-    states, stiffness = followed.states.copy(), problem.contact_modulus * problem.dx
+    states, stiffness = cycle_path.states.copy(), problem.contact_modulus * problem.dx
     for name in ("force", "energy", "dissipated"):
         states[name] *= stiffness
     for name in ("contact_area", "yielded_area", "plastic_work"):
         states[name] *= problem.dx**2
     states["plastic_work"] *= problem.hardness if problem.yielding else 0.0
     states["delta"] -= surface.zero
-    pressures = followed.pressures * problem.contact_modulus / problem.dx
-    return followed._replace(states=states, pressures=pressures, pressed=followed.pressed * stiffness)
+    pressures = cycle_path.pressures * problem.contact_modulus / problem.dx
+    return cycle_path._replace(states=states, pressures=pressures, pressed=cycle_path.pressed * stiffness)
 
 
-def yielded_shares(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
+def yielded_shares(cycle_path: path.Path, problem: Problem) -> dict[str, np.ndarray]:
     """Return the yielded shares of the states of a path, if a hardness is known."""
     if not np.isfinite(problem.hardness):
         return {}
     names = ("yielded_fraction", "yielded_area_fraction", *(("yielded_area", "plastic_work") * problem.yielding))
-    return {name: followed.states[name] for name in names}
+    return {name: cycle_path.states[name] for name in names}
 
 
 def _extrapolation(law: str, steep: dict[str, float], wide: dict[str, float]) -> Extrapolation:
@@ -247,18 +253,22 @@ def _extrapolated_events(steep: dict, wide: dict, extrapolation: Extrapolation) 
     return out | {"pull_off_resolution": steep["pull_off_resolution"]}
 
 
-def _events(followed: path.Path, has_edge: bool) -> dict[str, float]:
+def _events(cycle_path: path.Path, has_edge: bool) -> dict[str, float]:
     """Return the events of one path; NaN if a state that they depend on has not converged.
 
     Of a law with an edge, both paths are extrapolated, so that neither takes states of its retraction for the approach.
     """
-    states, retraction = followed.states, followed.states[followed.turn :]
+    states, retraction = cycle_path.states, cycle_path.states[cycle_path.first_retraction :]
     touching = states["contact_area"] > 0
-    if followed.status != path.CONVERGED or not touching.any():
+    if cycle_path.status != path.CONVERGED or not touching.any():
         return {}
-    lowest = followed.turn + int(np.argmin(retraction["force"]))
+    lowest = cycle_path.first_retraction + int(np.argmin(retraction["force"]))
     last = len(touching) - 1 - int(np.argmax(touching[::-1]))
-    whole = states if has_edge else np.concatenate([_approach(states[: followed.turn], retraction[::-1]), retraction])
+    whole = (
+        states
+        if has_edge
+        else np.concatenate([_approach(states[: cycle_path.first_retraction], retraction[::-1]), retraction])
+    )
     first = whole[np.argmax(whole["contact_area"] > 0)]
     delta, force, fine = states["delta"], states["force"], states["converged"]
     values = {
@@ -266,7 +276,7 @@ def _events(followed: path.Path, has_edge: bool) -> dict[str, float]:
         "snap_in_delta": (first["delta"], first["converged"]),
         "pull_off_force": (max(-force[lowest], 0.0), fine[lowest]),
         "pull_off_delta": (delta[lowest], fine[lowest]),
-        "detachment_delta": (delta[touching].min() if last >= followed.turn else np.nan, fine[last]),
+        "detachment_delta": (delta[touching].min() if last >= cycle_path.first_retraction else np.nan, fine[last]),
         "work_of_separation": (_work(np.minimum(retraction["force"], 0.0), retraction["delta"]), fine.all()),
         "hysteresis": (max(_work(whole["force"], whole["delta"]), 0.0), fine.all()),
         "pull_off_resolution": (states["resolution"][lowest], True),

@@ -20,9 +20,12 @@ from .cycle import Cycles, cycles_on, largest_displacement
 from .mesh import MOST_REFINED
 from .problem import Place, cell_axes, surface_at
 
-#: Cells along a side of a pixel below which levers take finer cells than the pull-off, and their largest number within
-#: range: by laws with a range, contacts of few cells have levers up to three times too large.
-_FINE, _MOST_FINER_CELLS = 8, 2_600
+#: Cells along a side of a pixel below which levers take finer cells than the pull-off: by laws with a range, contacts
+#: of few cells have levers up to three times too large.
+_FINE = 8
+
+#: Largest number of these finer cells within range.
+_MOST_FINER_CELLS = 2_600
 
 #: Largest number of cells within range of a second mesh to pixels.
 _LARGEST_MESH = 1_000_000
@@ -76,15 +79,15 @@ def _lever_refinement(cycles: Cycles, adhesion: Adhesion) -> int:
 
 def _moments_on(place: Place, cycles: Cycles, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     """Return the record of one place on one mesh, from all states and from every second."""
-    followed = cycles.paths[0]
+    cycle_path = cycles.paths[0]
     events = cycles.events[0]
     if not events:
         return layout.blank(), layout.blank()
     angles = layout.axes["direction"]
     problem = cycles.problem
     x, y = cell_axes(place, problem)
-    states = followed.states[followed.turn :][::-1]
-    footprints = [seen.moved(x[0], y[0], angles) for seen in followed.observed[::-1]]
+    states = cycle_path.states[cycle_path.first_retraction :][::-1]
+    footprints = [seen.moved(x[0], y[0], angles) for seen in cycle_path.observed[::-1]]
     known = {
         "pull_off_force": cycles.steep_pulls[0],
         "pull_off_delta": events["pull_off_delta"],

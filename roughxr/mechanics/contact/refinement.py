@@ -20,7 +20,7 @@ from .problem import Place, Problem, surface_at
 #: Largest part of the error of a pull-off without range that remains on cells of half the side. At edges that cannot
 #: move, the error falls as the root of the side, to 0.71. The sum of all further changes is then up to 3 times the last
 #: change, and stated as the error. ``tests/benchmarks/stated_error.py`` counts the places that this covers.
-_LEFT = 0.75
+_LARGEST_ERROR_RATIO = 0.75
 
 #: Cells on which the sphere is pressed, over those of its pull-off: they change the ratio of both by a tenth, where the
 #: pressed sphere touches many times as many summits, and takes minutes on the smallest cells.
@@ -66,9 +66,9 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     """Halve the cells until the pull-off changes by less than the accuracy, or there are too many cells.
 
     The change from one mesh to the next is the error of the finer mesh: an upper bound if the meshes converge at first
-    order or better. Without range more is stated, `_slow_error`. A mesh that has not converged is not taken after one
-    that has. The error of the step is the change between the step and twice the step on the coarsest mesh; if it is
-    large, finer meshes take half the step.
+    order or better. Without range more is stated, `_slow_convergence_error`. A mesh that has not converged is not taken
+    after one that has. The error of the step is the change between the step and twice the step on the coarsest mesh; if
+    it is large, finer meshes take half the step.
     """
     pixels = overlapping_cells(surface_at(place, problem._replace(refine=1)), problem._replace(refine=1), adhesion)
     finest = max((n for n in REFINEMENTS if pixels * n**2 <= MOST_CELLS), default=1)
@@ -82,10 +82,10 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     spline_change = _change_by_splines(place, problem, adhesion, cycles)
     if (step_error > 0.5 * adhesion.accuracy).any():  # longer steps pass over states
         adhesion = adhesion._replace(step=0.5 * adhesion.step)
-    mesh_error, slow = _single_mesh_error(cycles), _slow_error(cycles)
+    mesh_error, slow = _single_mesh_error(cycles), _slow_convergence_error(cycles)
     if not meshes[1:] and meshes[0] > 1:  # cells too large for the law give an upper bound
         mesh_error = _change(_solved(place, problem, adhesion, meshes[0] // 2), cycles)
-        slow = _slow_error(cycles, mesh_error)
+        slow = _slow_convergence_error(cycles, mesh_error)
     agrees = False
     for n in meshes[1:]:
         finer = _solved(place, problem, adhesion, n, press=press)
@@ -98,7 +98,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         lost = np.isnan(change) & (cycles.pull_offs > 0)  # the mesh before gave no pull-off
         radius_errors = np.fmax(_radius_errors(cycles), _film_errors(cycles))
         mesh_error = np.where(lost, np.nan, np.fmax.reduce([change, edge_errors, radius_errors]))
-        slow = np.fmax(_slow_error(cycles, change), _LEFT * slow)
+        slow = np.fmax(_slow_convergence_error(cycles, change), _LARGEST_ERROR_RATIO * slow)
         spline_change = _change_by_splines(place, problem, adhesion, cycles) if spline_change is None else spline_change
         agreed_before = agrees
         agrees = bool((mesh_error < adhesion.accuracy)[np.isfinite(mesh_error)].all()) and not lost.any()
@@ -132,7 +132,7 @@ def _resolved_on_pixels(place: Place, problem: Problem, adhesion: Adhesion, cycl
     return on_pixels if (is_other & (_contact_radii(on_pixels) > _PIXEL_RADIUS)).all() else None
 
 
-def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
+def _slow_convergence_error(cycles: Cycles, change: Any = 0.0) -> Any:
     """Return the error without range by a change from larger cells, or from the wider edge, that goes on slowly.
 
     Changes beyond `LARGEST_DIFFERENCE` belong to different contacts and are left out.
@@ -140,19 +140,23 @@ def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
     if not cycles.wider or ADHESION_LAWS[cycles.law].has_range:
         return 0.0
     rises = 1 - cycles.wide_pulls / np.where(cycles.steep_pulls > 0, cycles.steep_pulls, np.nan)
-    return np.maximum(np.maximum(_further_changes(rises), _further_changes(change)), _LEAST_ERROR)
+    return np.maximum(np.maximum(_remaining_series(rises), _remaining_series(change)), _LEAST_ERROR)
 
 
 def coarser_mesh_error(change: np.ndarray, law: str | None) -> np.ndarray:
     """Return the error of the coarser of two meshes by the relative change: without range the changes go on slowly."""
     if law is None or ADHESION_LAWS[law].has_range:
         return change
-    return np.maximum(change + _further_changes(change), _LEAST_ERROR)
+    return np.maximum(change + _remaining_series(change), _LEAST_ERROR)
 
 
-def _further_changes(change: Any) -> Any:
+def _remaining_series(change: Any) -> Any:
     """Return the sum of all changes that follow one of a slow series; 0 after one that is not part of it."""
-    return np.where((change > 0) & (change <= LARGEST_DIFFERENCE), change, 0.0) * _LEFT / (1 - _LEFT)
+    return (
+        np.where((change > 0) & (change <= LARGEST_DIFFERENCE), change, 0.0)
+        * _LARGEST_ERROR_RATIO
+        / (1 - _LARGEST_ERROR_RATIO)
+    )
 
 
 def _change_by_splines(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> np.ndarray | None:
@@ -239,7 +243,7 @@ def _single_mesh_error(cycles: Cycles) -> np.ndarray:
     pulls = cycles.pull_offs
     steep = cycles.steep_pulls
     radius_errors = np.fmax(_DEVIATIONS * _radius_errors(cycles), _film_errors(cycles))
-    errors = np.fmax(np.fmax(_edge_errors(cycles), _slow_error(cycles)), radius_errors)
+    errors = np.fmax(np.fmax(_edge_errors(cycles), _slow_convergence_error(cycles)), radius_errors)
     with np.errstate(invalid="ignore", divide="ignore"):
         limited = np.abs(pulls - steep) > 0.99 * LARGEST_CORRECTION * steep  # edges differ by more than their width
         return errors + np.where(limited | ADHESION_LAWS[cycles.law].has_range, np.abs(pulls - steep) / pulls, 0.0)

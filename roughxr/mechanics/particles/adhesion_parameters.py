@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import cdf, reduction
-from ..statistics.sampling import by_share, standard_deviation
+from ..statistics.sampling import standard_deviation, weighted_by_landing_share
 from ..vocabulary import schema
 from .force_balance import expect_moments, refuse_varied, scope_words
 
@@ -61,7 +61,7 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     refuse_varied(ds)
     ds = reduction(ds)
     ln_ratio = np.log(ds["pull_off_ratio"])
-    mean = float(by_share(ln_ratio).mean())
+    mean = float(weighted_by_landing_share(ln_ratio).mean())
     spread = float(standard_deviation(ln_ratio))
     steps = cdf(ds, "pull_off_ratio")
     law = norm.cdf(np.log(steps["pull_off_ratio"]), mean, spread)
@@ -75,12 +75,12 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     rows["surface_energy_median"] = 0.5 * rows["work_of_adhesion_median"]
     if "lever" in ds:
         ln_moment = np.log(ds["resisting_moment"].where(ds["resisting_moment"] > 0))
-        rows["moment_mean"] = float(np.exp(by_share(ln_moment).mean()))
+        rows["moment_mean"] = float(np.exp(weighted_by_landing_share(ln_moment).mean()))
         rows["moment_spread"] = float(np.exp(standard_deviation(ln_moment)))
         rows |= _quantiles("lever", ds["lever"] / ds["sphere_radius"])
         rows["rolling_friction_median"] = 0.5 * rows["lever_median"]
     if "lever_error" in ds:
-        rows["lever_error_median"] = float(by_share(ds["lever_error"]).quantile(0.5))
+        rows["lever_error_median"] = float(weighted_by_landing_share(ds["lever_error"]).quantile(0.5))
     out = xr.Dataset(rows, coords=schema.pair_coordinates(ds), attrs={"comment": scope_words(ds)})
     return schema.label(out)
 
@@ -104,4 +104,6 @@ def adhesion_by_place(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _quantiles(name: str, values: xr.DataArray) -> dict[str, float]:
-    return {f"{name}_{end}": float(by_share(values).quantile(share)) for end, share in _QUANTILES.items()}
+    return {
+        f"{name}_{end}": float(weighted_by_landing_share(values).quantile(share)) for end, share in _QUANTILES.items()
+    }

@@ -27,7 +27,7 @@ import xarray as xr
 from ..asperity.moments import weakest
 from ..statistics.sampling import SHARE, conditions
 from ..vocabulary import schema
-from ..vocabulary.numbers import percent
+from ..vocabulary.numbers import format_percent
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Quantity, magnitude, positive
@@ -227,7 +227,7 @@ def read_body(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
         raise Refusal(
             f"a flow of {fluid_in_words(fluid)}",
             "a dry pair",
-            f"one at {percent(ds['humidity'])} relative humidity",
+            f"one at {format_percent(ds['humidity'])} relative humidity",
             "leave out the humidity, and give the medium, or the work of adhesion under it",
         )
     return Body(schema.sphere_radius(ds), _physical(density, "kg/m^3", "particle_density") or np.nan, fluid)

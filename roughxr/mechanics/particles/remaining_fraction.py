@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import bootstrap
-from ..statistics.sampling import by_share
+from ..statistics.sampling import weighted_by_landing_share
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantities, Quantity
@@ -139,7 +139,7 @@ def _with_band(out: xr.Dataset, if_pull_offs_err: list[xr.DataArray], places: in
 
     Places share the errors of their pull-offs: the ends by all of them too small, and too large, are given.
     """
-    mean = by_share(out["remaining_at_place"]).mean("subregion")
+    mean = weighted_by_landing_share(out["remaining_at_place"]).mean("subregion")
     out["remaining"] = mean
     if places < 2:
         return out
@@ -147,6 +147,6 @@ def _with_band(out: xr.Dataset, if_pull_offs_err: list[xr.DataArray], places: in
     band = bootstrap(solved, "remaining_at_place", statistics=["mean"], confidence=_CONFIDENCE, resamples=_RESAMPLES)
     ends = band.sel(statistic="mean", drop=True).transpose("friction_velocity", "time")
     for end, sign, shifted in zip(("low", "high"), (-1, 1), if_pull_offs_err):
-        width = np.hypot(ends[end].values - mean, by_share(shifted).mean("subregion") - mean)
+        width = np.hypot(ends[end].values - mean, weighted_by_landing_share(shifted).mean("subregion") - mean)
         out[f"remaining_{end}"] = (mean + sign * width).clip(0.0, 1.0)
     return out

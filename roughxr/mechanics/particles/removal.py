@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import bootstrap
-from ..statistics.sampling import by_share, one_of_each_place
+from ..statistics.sampling import first_surface_of_each_place, weighted_by_landing_share
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity, fraction
@@ -55,7 +55,7 @@ def removing_load(ds: xr.Dataset, share: Quantity = 0.5) -> xr.Dataset:
     removed = fraction(share, "share")
     strength = strength_of_places(ds)
     moves = (ds["mode"] != NEITHER).where(ds["mode"] != NO_CONTACT)
-    moving = float(by_share(moves.astype(float)).mean())
+    moving = float(weighted_by_landing_share(moves.astype(float)).mean())
     ends = (np.inf, np.inf, np.inf)
     if removed <= moving:
         ends = strength_quantile(ds, removed / moving)
@@ -77,14 +77,14 @@ def strength_quantile(critical: xr.Dataset, share: float = 0.5) -> tuple[float, 
     detaching = strength_of_places(critical).dropna("subregion").to_dataset(name=name)
     if not detaching.sizes["subregion"]:
         return (np.nan, np.nan, np.nan)
-    first_surfaces = one_of_each_place(detaching)  # surfaces of a place are alike
+    first_surfaces = first_surface_of_each_place(detaching)  # surfaces of a place are alike
     if first_surfaces.sizes["subregion"] < 2:
         return (float(detaching[name].quantile(share)), np.nan, np.nan)
     label = f"q{100 * share:.10g}"
     quantile = bootstrap(detaching, name, statistics=[label], within=first_surfaces).isel(statistic=0)
     value, low, high = (float(quantile[part]) for part in ("estimate", "low", "high"))
     errors = critical["shared_load_error"].dropna("subregion")
-    shared = float(np.log1p(by_share(errors).quantile(0.5))) if errors.size else 0.0
+    shared = float(np.log1p(weighted_by_landing_share(errors).quantile(0.5))) if errors.size else 0.0
     if value == 0.0:  # so many spheres roll off by themselves
         return (value, low, high * float(np.exp(shared)))
     with np.errstate(divide="ignore"):

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.polynomial import legendre
 
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.schema import entered, history, in_memory, label, one_of, recorded, validate
+from ..vocabulary.schema import history, in_memory, in_package_units, label, one_of, recorded, validate
 from ..vocabulary.text import warn
 from .plausibility import ImplausibleScan, faults
 
@@ -55,7 +55,7 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
     >>> bool(abs(tilted.contact.level().height - scan.contact.level().height).max() < 1e-9)
     True
     """
-    exclude = entered(exclude)
+    exclude = in_package_units(exclude)
     scan = validate(ds, "scan")
     height = in_memory(scan["height"])
     if not history(scan):  # open_scan has checked its scans already
@@ -76,7 +76,7 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
 
 def _mask(exclude: xr.DataArray, height: xr.DataArray) -> np.ndarray:
     """Return a mask of the excluded heights."""
-    mask = entered(exclude) if isinstance(exclude, xr.DataArray) else xr.DataArray(exclude, dims=height.dims)
+    mask = in_package_units(exclude) if isinstance(exclude, xr.DataArray) else xr.DataArray(exclude, dims=height.dims)
     if mask.dtype != bool or dict(mask.sizes) != dict(height.sizes):
         raise Refusal("exclude", f"bool over {dict(height.sizes)}", f"{mask.dtype} over {dict(mask.sizes)}")
     xr.align(mask, height, join="exact", copy=False)  # refuse a mask of another region

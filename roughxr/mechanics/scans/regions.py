@@ -62,7 +62,7 @@ def centres_of(ds: xr.Dataset, subregions: Places) -> xr.Dataset:
     if subregions is None:
         subregions = ds if "subregion_x" in ds.coords else (1, 1)
     if isinstance(subregions, xr.Dataset):
-        places: xr.Dataset = schema.entered(subregions)
+        places: xr.Dataset = schema.in_package_units(subregions)
         if "subregion_x" not in places or "subregion_y" not in places:
             names = ", ".join(map(str, places.variables))
             raise Refusal("subregions", "a Dataset with subregion_x and subregion_y", names, "take one from `resting`")

@@ -79,7 +79,7 @@ def impossible_share(ds: xr.Dataset, *, tip_radius: Quantity) -> float:
 
 def _swept(ds: xr.Dataset, tip_radius: Any, sign: float) -> xr.Dataset:
     """Return heights after sweeping the parabola along x, then along y, as it is a sum of one parabola for each."""
-    scan = schema.validate(schema.entered(ds), "scan")
+    scan = schema.validate(schema.in_package_units(ds), "scan")
     radius = positive(tip_radius, "nm", "tip_radius")
     height = sign * schema.finite(np.asarray(scan["height"].values, dtype=float))
     for axis, step in enumerate(schema.pixel(scan)):

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import quantity
+from ..vocabulary.numbers import format_quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import carries_units, plain
 from .sampling import Samples, density_units, limits_in_words, other_dimensions, samples
@@ -82,7 +82,7 @@ def pdf(
 
 def _limits(sample: Samples, units: str) -> dict[str, str]:
     """Return an attribute that counts the samples that are limits, none if there are none."""
-    limits = limits_in_words(sample.bounds, lambda value: quantity(value, units))
+    limits = limits_in_words(sample.bounds, lambda value: format_quantity(value, units))
     return {"limits": limits} if limits else {}
 
 

@@ -45,8 +45,8 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset) -> xr.Dataset:
     >>> float(compared.divergence_delta[0]), compared.force_difference.values.round(3).tolist()
     (3.0, [[0.0, 0.05, 1.0]])
     """
-    superposed = schema.entered(superposed)
-    direct = schema.entered(direct)
+    superposed = schema.in_package_units(superposed)
+    direct = schema.in_package_units(direct)
     superposed, direct = (loading(schema.validate(ds, "solution")) for ds in (superposed, direct))
     _check_comparable(superposed, direct)
     superposed = superposed.drop_vars(set(superposed.coords) - set(superposed.dims))  # as direct's, but for rounding

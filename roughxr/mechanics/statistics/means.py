@@ -11,7 +11,14 @@ from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.table import SCALARS
 from .pull_off_events import pull_off, smooth_pull_off
-from .sampling import at_first_preload, by_share, conditions, refuse_conditions, sample_bounds, with_limits
+from .sampling import (
+    at_first_preload,
+    conditions,
+    refuse_conditions,
+    sample_bounds,
+    weighted_by_landing_share,
+    with_limits,
+)
 from .uncertainty import bootstrap
 
 #: Relative errors of places, of the simulation with adhesion and of rigid bodies.
@@ -40,7 +47,7 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     if adhering > 1:
         sampled = bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"])
     interval = {name: sampled[name].item() if name in sampled else np.nan for name in INTERVAL}
-    mean = by_share(force).mean().item()
+    mean = weighted_by_landing_share(force).mean().item()
     limits = {name: sampled.attrs[name] for name in ("limits", "law") if "limits" in sampled.attrs}
     if limits:
         mean = sampled["estimate"].item()
@@ -112,7 +119,9 @@ def mesh_error(pull: xr.Dataset) -> float:
     if error_name is None:
         return np.nan
     force = pull["pull_off_force"].where(pull[error_name].notnull())
-    return float(by_share(force * abs(pull[error_name])).mean() / by_share(force).mean())
+    return float(
+        weighted_by_landing_share(force * abs(pull[error_name])).mean() / weighted_by_landing_share(force).mean()
+    )
 
 
 def estimated_mean(extrapolated: xr.Dataset | None) -> tuple[float, float, float] | None:
@@ -148,5 +157,7 @@ def pressed_means(pull: xr.Dataset) -> tuple[float, float] | None:
     if not depends.any():
         return None
     pressed = pressed.where(depends, force)
-    low, high = (float(by_share(end).mean()) for end in (np.minimum(force, pressed), np.maximum(force, pressed)))
+    low, high = (
+        float(weighted_by_landing_share(end).mean()) for end in (np.minimum(force, pressed), np.maximum(force, pressed))
+    )
     return low, high

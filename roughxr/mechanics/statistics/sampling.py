@@ -165,7 +165,7 @@ def place_order(places: Any, solved: Any) -> list[int | None]:
     return [order.get(position) for position in positions[0]]
 
 
-def one_of_each_place(ds: xr.Dataset) -> xr.Dataset:
+def first_surface_of_each_place(ds: xr.Dataset) -> xr.Dataset:
     """Return places with the first of the random surfaces of each."""
     return ds.isel(subregion=np.unique(place_numbers(ds), return_index=True)[1])
 
@@ -175,7 +175,7 @@ def counted_equally(array: Any) -> Any:
     return array.drop_vars([SHARE, "debris_share"], errors="ignore")
 
 
-def by_share(array: Any) -> Any:
+def weighted_by_landing_share(array: Any) -> Any:
     """Return values weighted by the shares of their places if these differ, else the values."""
     weights = unequal_shares(array)
     return array if weights is None else array.weighted(weights)

@@ -10,7 +10,14 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
-from .sampling import SAMPLES, by_share, map_samples, sample_bounds, standard_deviation, warn_of_missing
+from .sampling import (
+    SAMPLES,
+    map_samples,
+    sample_bounds,
+    standard_deviation,
+    warn_of_missing,
+    weighted_by_landing_share,
+)
 
 
 @schema.recorded
@@ -80,7 +87,7 @@ def _with_bounds(ds: xr.Dataset) -> xr.Dataset:
 
 def _summarised(array: xr.DataArray, dim: str, quantiles: list[float]) -> xr.DataArray:
     array = array.astype(float).chunk({dim: -1}) if array.chunks else array.astype(float)
-    counted = by_share(array)
+    counted = weighted_by_landing_share(array)
     parts = {
         "count": array.notnull().sum(dim).astype(float),
         "mean": counted.mean(dim),

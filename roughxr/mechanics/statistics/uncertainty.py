@@ -22,7 +22,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import number, quantity
+from ..vocabulary.numbers import format_number, format_quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import fraction
 from .censoring import (
@@ -154,7 +154,7 @@ def bootstrap(
     (True, 'nm')
     """
     ds = schema.entered_dataset(ds, "result")
-    within = schema.entered(within)
+    within = schema.in_package_units(within)
     others = other_dimensions(ds, name)
     if others:
         options_along = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "fewest": fewest}
@@ -191,7 +191,7 @@ def bootstrap(
     described = {"variable": name, "confidence": confidence, "samples": sample.values.size}
     out = _named_ends(out, ds[name], units).assign_attrs(described | out.attrs | {"missing": sample.missing})
     if is_too_few:
-        of = f"{number(count, digits=2)} of {sample.values.size}"
+        of = f"{format_number(count, digits=2)} of {sample.values.size}"
         out.attrs["no_interval"] = (
             f"too few independent places for an interval: {of}; take a larger grid or a larger scan"
         )
@@ -242,7 +242,7 @@ def _with_likelihood(out: xr.Dataset, likelihood: CensoredEstimates, sample: Sam
     """Return statistics with their intervals by a likelihood with censoring, and its limits and law in words."""
     _, low, high = likelihood.values
     out = out.assign(likelihood_low=("statistic", low), likelihood_high=("statistic", high))
-    limits = limits_in_words(sample.bounds, lambda value: quantity(value, units))
+    limits = limits_in_words(sample.bounds, lambda value: format_quantity(value, units))
     return out.assign_attrs(limits=limits, law=likelihood.law or "none: fewer than three forces are measured")
 
 

@@ -15,7 +15,7 @@ from ..scans.levelling import level
 from ..scans.tip import erode, impossible_share
 from ..vocabulary import schema
 from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, RANGE, UNKNOWN_RANGE
-from ..vocabulary.numbers import percent
+from ..vocabulary.numbers import format_percent
 from ..vocabulary.refusal import Refusal
 
 
@@ -74,7 +74,7 @@ def _without_tip(ds: xr.Dataset, radius: float) -> tuple[str, xr.Dataset]:
     share = impossible_share(ds, tip_radius=radius)
     # part of a tip's effect, sharper than the tip can image, above which it is that of noise
     if share > 0.5:
-        noise = f"{percent(share)} of what it would have added sharper than that: noise, or a sharper tip"
+        noise = f"{format_percent(share)} of what it would have added sharper than that: noise, or a sharper tip"
         raise Refusal("tip radius", f"heights as a tip of {radius:g} nm radius can image them", noise)
     return f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)
 

@@ -94,7 +94,7 @@ def _solved(bases: Sequence[Base], places: xr.Dataset, unchanged: xr.Dataset) ->
     different = {case_base.key: case_base for case_base in bases}
     for key, (ds, preload, law, cells, step, splined) in different.items():
         mesh = Mesh(int(cells[cells <= MOST_REFINED].max()) or FRONT, None, step)
-        rests = _own_rests(ds, places, unchanged)
+        rests = resettle_if_changed(ds, places, unchanged)
         on_scan = np.flatnonzero(np.isfinite(rests["subregion_x"].values))  # a free particle may roll off
         solvable = rests.isel(subregion=on_scan)
         at_places = (
@@ -108,7 +108,7 @@ def _solved(bases: Sequence[Base], places: xr.Dataset, unchanged: xr.Dataset) ->
     }
 
 
-def _own_rests(ds: xr.Dataset, places: xr.Dataset, unchanged: xr.Dataset) -> xr.Dataset:
+def resettle_if_changed(ds: xr.Dataset, places: xr.Dataset, unchanged: xr.Dataset) -> xr.Dataset:
     """Return the places, and of a free particle on other heights or with another radius its own resting positions."""
     same = all(
         ds[name].variable.equals(unchanged[name].variable) for name in {"height", "sphere_radius"} & {*ds.variables}

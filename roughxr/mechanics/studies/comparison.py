@@ -24,7 +24,7 @@ from ..statistics.sampling import (
 )
 from ..vocabulary import schema
 from ..vocabulary.error_sources import HALF_WIDTH
-from ..vocabulary.numbers import quantity
+from ..vocabulary.numbers import format_quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 from ..vocabulary.units import single
@@ -116,7 +116,7 @@ def compare(
     >>> print(compared.contact.answer().sentence.splitlines()[0])
     Measured over predicted mean: 1.56 (95 % interval 1.49 … 1.63).
     """
-    predicted, measured = schema.entered(predicted), schema.entered(measured)
+    predicted, measured = schema.in_package_units(predicted), schema.in_package_units(measured)
     _refuse_exchanged(predicted, measured)
     if extrapolation is not None and not set(BEST_ESTIMATE) <= set(getattr(extrapolation, "data_vars", ())):
         raise Refusal("extrapolation", "a result of `extrapolated`", type(extrapolation).__name__ + " without its mean")
@@ -135,7 +135,7 @@ def compare(
             out[f"{name}_quantile"] = ("probability", np.where(low == high, low, np.nan))
             out[f"{name}_quantile_low"] = ("probability", low)
             out[f"{name}_quantile_high"] = ("probability", high)
-            out.attrs[f"{name}_limits"] = limits_in_words(forces.bounds, quantity)
+            out.attrs[f"{name}_limits"] = limits_in_words(forces.bounds, format_quantity)
     out = schema.label(out.assign_coords(probability=_LEVELS).assign(_distribution_test(*both)))
     for name in ("predicted", "measured"):
         for end in ("", "_low", "_high"):

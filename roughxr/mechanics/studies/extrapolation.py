@@ -43,7 +43,7 @@ from ..vocabulary.error_sources import (
     total_error,
     total_std,
 )
-from ..vocabulary.numbers import number
+from ..vocabulary.numbers import format_number
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 from ..vocabulary.units import Places, Quantity, positive, whole_number
@@ -269,7 +269,7 @@ def _need_interval(scanned: xr.Dataset) -> None:
     raise Refusal(
         "subregions",
         "enough independent places for an interval",
-        f"{places} that adhere" + f", {number(independent, digits=2)} of them independent" * (places > 1),
+        f"{places} that adhere" + f", {format_number(independent, digits=2)} of them independent" * (places > 1),
         "take a larger grid or a larger scan",
     )
 
@@ -423,7 +423,7 @@ def second_scan_factor(log: float, longest: float, second_longest: float, end: f
 
 def _measured_factor(measured: xr.Dataset, force_std: float) -> RoughnessFactor:
     """Return the effect of unseen roughness as the ratio of measured to simulated pull-offs."""
-    measured = schema.entered(measured)
+    measured = schema.in_package_units(measured)
     if "ratio" not in measured or "mean" not in measured["statistic"]:
         raise Refusal("measured", "a result of `compare` with the mean", "no ratio of means")
     mean = measured.sel(statistic="mean")

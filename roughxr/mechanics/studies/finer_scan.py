@@ -14,7 +14,7 @@ from ..scans.plausibility import ImplausibleScan
 from ..scans.spectra import power_spectrum
 from ..vocabulary import schema
 from ..vocabulary.error_sources import SECOND_SCAN_WIDTH
-from ..vocabulary.numbers import number
+from ..vocabulary.numbers import format_number
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from .assumptions import noise_limit
@@ -62,8 +62,8 @@ def second_scan(ds: xr.Dataset, finer: xr.Dataset) -> SecondScan:
     shown = [_as_shown(finer, ds, phase) for phase in _PHASES]
     _compare(ds, shown[0], _as_shown(raw, ds, _PHASES[0]))
     if shown_wavelength > 2 * max(schema.pixel(ds)):
-        limit = number(noise_limit(flat), "nm", 2)
-        hidden = number(shown_wavelength, "nm", 2)
+        limit = format_number(noise_limit(flat), "nm", 2)
+        hidden = format_number(shown_wavelength, "nm", 2)
         warn(f"finer: its noise, up to {limit}, hides roughness below {hidden}: it shows no more than the first scan")
     return SecondScan(finer, noisier, shown, shown_wavelength)
 
@@ -161,7 +161,7 @@ def _upside_down_log_odds(parts: list[dict[str, float]], count: float, second: d
 
 def _words(name: str, value: float) -> str:
     """Return a measure with its unit."""
-    return number(value, {"rms of heights": "nm", "rms of curvatures": "1/nm"}.get(name, ""), 2)
+    return format_number(value, {"rms of heights": "nm", "rms of curvatures": "1/nm"}.get(name, ""), 2)
 
 
 def _skewness(values: np.ndarray) -> float:

@@ -18,7 +18,7 @@ from ..statistics.sampling import Samples, limits_in_words, refuse_conditions, s
 from ..vocabulary import schema
 from ..vocabulary.calls import check_call
 from ..vocabulary.error_sources import UNSEEN
-from ..vocabulary.numbers import quantity
+from ..vocabulary.numbers import format_quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, fraction, single
@@ -111,8 +111,8 @@ def fit_pair(
     True
     """
     ds = schema.entered_dataset(ds)
-    measured = schema.entered(measured)
-    extrapolation = schema.entered(extrapolation)
+    measured = schema.in_package_units(measured)
+    extrapolation = schema.in_package_units(extrapolation)
     schema.one_of(method, tuple(METHODS), "method")
     confidence = fraction(confidence, "confidence")
     force_std = single(force_std, "1", "force_std", "a relative error from 0 to below 1", lambda part: 0 <= part < 1)
@@ -138,7 +138,7 @@ def fit_pair(
     out.attrs["measured_from"] = str(measured.attrs.get("source_file", ""))
     out.attrs["missing"] = "NaN where the work of adhesion is beyond the values solved"
     if forces.bounds is not None:
-        out.attrs["limits"] = limits_in_words(forces.bounds, quantity)
+        out.attrs["limits"] = limits_in_words(forces.bounds, format_quantity)
         out.attrs["law_of_measured"] = "log-normal, with censoring"
     if fitted.left_out:
         out.attrs["left_out"] = list(fitted.left_out)

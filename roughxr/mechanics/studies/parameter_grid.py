@@ -75,7 +75,7 @@ def vary(
     """
     ds = schema.entered_dataset(ds)
     _need_function(solve)
-    indenter = schema.entered(indenter)
+    indenter = schema.in_package_units(indenter)
     varied = {
         "sphere_radius": sphere_radius,
         "contact_modulus": contact_modulus,
@@ -87,7 +87,7 @@ def vary(
         raise Refusal("", f"values of {', '.join(varied)} or several of them", "none")
     _need_possible(ds, axes, options)
     parts: list[xr.Dataset] = []
-    for placement, bodies in _placed(ds, indenter, axes):
+    for placement, bodies in _each_placement(ds, indenter, axes):
         for values in itertools.product(*axes.values()):
             part = _solved(bodies, solve, dict(zip(axes, values)), options)
             parts.append(part if placement is None else part.expand_dims(placement=[placement]))
@@ -139,7 +139,9 @@ def _solved(ds: xr.Dataset, solve: Callable[..., xr.Dataset], pair: dict[str, fl
     return part
 
 
-def _placed(ds: xr.Dataset, indenter: xr.Dataset | None, axes: dict[str, Any]) -> Iterator[tuple[Any, xr.Dataset]]:
+def _each_placement(
+    ds: xr.Dataset, indenter: xr.Dataset | None, axes: dict[str, Any]
+) -> Iterator[tuple[Any, xr.Dataset]]:
     """Yield the pair as assigned, or with each placement of a rough indenter."""
     if indenter is None:
         yield None, ds

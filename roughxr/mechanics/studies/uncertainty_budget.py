@@ -25,7 +25,7 @@ from ..scans import regions
 from ..specimen import specimen_of
 from ..statistics import bootstrap
 from ..statistics.means import mesh_error
-from ..statistics.sampling import by_share, place_order, shares
+from ..statistics.sampling import place_order, shares, weighted_by_landing_share
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, MESH, RANGE, SAMPLING, THIN, total_std
@@ -156,7 +156,7 @@ def budget_of(
     pulls = solved["pull_off_force"]
     law = solved.attrs["law"]
     entries: dict[str, _Entry] = {}
-    mean = float(by_share(pulls).mean())
+    mean = float(weighted_by_landing_share(pulls).mean())
     if finer is not None and MESH in settings:
         del settings[MESH]
         entries[MESH] = _entry(MESH, [_on_finer_mesh(solved, finer)], finer.sizes["subregion"], law)

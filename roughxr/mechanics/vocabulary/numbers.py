@@ -24,7 +24,7 @@ _TOO_WIDE = f"wider than a factor of {_WIDEST:.0f}"
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def number(value: SupportsFloat, unit: str = "", digits: int = 3) -> str:
+def format_number(value: SupportsFloat, unit: str = "", digits: int = 3) -> str:
     """Return a number to some significant digits, at least to whole numbers, with its unit; a dash for NaN."""
     value = float(value)
     if math.isnan(value):
@@ -47,13 +47,13 @@ def significant(value: SupportsFloat, digits: int = 2) -> str:
     value = float(value)
     power = f"{value:.{digits - 1}e}".partition("e")[2]
     if not math.isfinite(value) or not _PLAIN_RANGE[0] <= abs(value) < _PLAIN_RANGE[1]:
-        return number(value, digits=digits)
+        return format_number(value, digits=digits)
     return f"{value:.{max(digits - 1 - int(power), 0)}f}"
 
 
-def percent(share: SupportsFloat) -> str:
+def format_percent(share: SupportsFloat) -> str:
     """Return a share as per cent."""
-    return number(100 * float(share), "%", 2)
+    return format_number(100 * float(share), "%", 2)
 
 
 def prefixed(largest: float, units: str = "nN") -> tuple[str, float]:
@@ -63,10 +63,10 @@ def prefixed(largest: float, units: str = "nN") -> tuple[str, float]:
     return next(((unit, size) for unit, size in choices if rounded >= size), (units, 1.0))
 
 
-def quantity(value: float, units: str = "nN", digits: int = 3) -> str:
+def format_quantity(value: float, units: str = "nN", digits: int = 3) -> str:
     """Return a value in the unit with the appropriate prefix."""
     unit, size = prefixed(value, units)
-    return number(value / size, unit, digits)
+    return format_number(value / size, unit, digits)
 
 
 def with_error(value: float, error: float, *others: float, unit: str = "") -> tuple[str, ...]:
@@ -77,7 +77,7 @@ def with_error(value: float, error: float, *others: float, unit: str = "") -> tu
     numbers = (value, error, *others)
     largest = max(abs(value), abs(error))
     if not (math.isfinite(largest) and error > 0):
-        return tuple(number(part, unit) for part in numbers)
+        return tuple(format_number(part, unit) for part in numbers)
     place = max(_power(error, 2) - 1, _power(largest, 3) - 2)
     return tuple(_to_place(part, place, unit) for part in numbers)
 
@@ -93,7 +93,7 @@ def _to_place(value: float, place: int, unit: str) -> str:
         place = min(place, _power(value, 1))
         text = f"{round(value, -place):.{max(-place, 0)}f}".replace("-", "−")
         return f"{text} {unit}".strip()
-    return number(value, unit)
+    return format_number(value, unit)
 
 
 def with_interval(
@@ -117,9 +117,11 @@ def value_and_interval(value: float, low: float, high: float, units: str = "nN")
     unit, size = prefixed(value, units)
     error = (high - low) / 2
     if not math.isfinite(error):
-        return number(float(f"{value / size:.3g}"), unit), "–" if math.isnan(value) else "too few independent places"
+        return format_number(float(f"{value / size:.3g}"), unit), "–" if math.isnan(
+            value
+        ) else "too few independent places"
     if is_too_wide(low, high):
-        return number(value / size, unit, 2), _TOO_WIDE
+        return format_number(value / size, unit, 2), _TOO_WIDE
     value_text, _, lower, upper = with_error(value / size, error / size, low / size, high / size, unit=unit)
     return value_text, f"{lower.removesuffix(unit).rstrip()} … {upper}"
 
@@ -128,10 +130,10 @@ def bounds_in_words(low: float, high: float, units: str = "nN") -> str:
     """Return the ends between which a value lies, in one unit; a dash if unknown."""
     unit, size = prefixed(high if math.isfinite(high) else low, units)
     if math.isinf(high):
-        return f"above {number(low / size, unit)}"
+        return f"above {format_number(low / size, unit)}"
     if math.isnan(high):
         return "–"
-    lower, upper = (number(end / size, digits=2) for end in (low, high))
+    lower, upper = (format_number(end / size, digits=2) for end in (low, high))
     return f"{lower} … {upper} {unit}"
 
 

@@ -86,7 +86,7 @@ def kind_of(ds: xr.Dataset) -> str | None:
     return None
 
 
-def entered(data: Any) -> Any:
+def in_package_units(data: Any) -> Any:
     """Return a Dataset or DataArray with every known variable in the units of ``VARIABLES``; other types unchanged."""
     if not isinstance(data, (xr.Dataset, xr.DataArray)):
         return data
@@ -167,7 +167,7 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
                 f"values of type {ds[name].dtype}",
                 f"if numbers are meant, convert them, for example ds[{name!r}].astype(float)",
             )
-    ds = entered(ds)
+    ds = in_package_units(ds)
     if kind in ("scan", "asperities"):
         for name in _SIZES & set(ds.coords):
             _assigned(ds[name], name)
@@ -186,9 +186,9 @@ def need_dataset(data: Any, kind: str = "scan") -> None:
 
 
 def entered_dataset(data: Any, kind: str = "scan") -> xr.Dataset:
-    """Return a Dataset as `entered`; raise for other types."""
+    """Return a Dataset as `in_package_units`; raise for other types."""
     need_dataset(data, kind)
-    return entered(data)
+    return in_package_units(data)
 
 
 def _other_dimension(ds: xr.Dataset) -> str:

@@ -31,25 +31,38 @@ from .traction_laws import SmoothLaw, remaining_work, traction, traction_and_wor
 #: Cells are left out of the linear systems if |dt/du| is at most this, in units of a cell's stiffness (about 1).
 _SMALLEST_SLOPE = 1e-3
 
-#: Residual, over the largest traction, above which only tangent steps are taken, and below which gaps are computed in
-#: double precision.
-_TANGENT_RESIDUAL, _EXACT_RESIDUAL = 1.0, 1e-3
+#: Residual, over the largest traction, above which only tangent steps are taken.
+_TANGENT_RESIDUAL = 1.0
 
-#: Largest number of products for a linear system, and the part to which its residual is reduced.
-_MOST_PRODUCTS, _SYSTEM_TOLERANCE = 12, 0.2
+#: Residual, over the largest traction, below which gaps are computed in double precision.
+_EXACT_RESIDUAL = 1e-3
 
-#: If a step is not a descent direction, the slopes τ are multiplied by the first factor repeatedly, and set to 0 below
-#: the second. Each such system starts from the directions of the last one, which saves a fifth of all work, and is
-#: solved to the third part of the right side.
-_SLOPE_FACTOR, _LEAST_SLOPE, _DAMPED_TOLERANCE = 0.85, 0.3, 0.3
+#: Largest number of products for a linear system.
+_MOST_PRODUCTS = 12
+
+#: Part to which the residual of a linear system is reduced.
+_SYSTEM_TOLERANCE = 0.2
+
+#: If a step is not a descent direction, the slopes τ are multiplied by this factor repeatedly.
+_SLOPE_FACTOR = 0.85
+
+#: Factor below which slopes are set to 0.
+_LEAST_SLOPE = 0.3
+
+#: Each such system starts from the directions of the last one, which saves a fifth of all work, and is solved to this
+#: part of the right side.
+_DAMPED_TOLERANCE = 0.3
 
 #: Newton's method ends after this many rounds without progress.
 _STAGNANT_ROUNDS = 6
 
-#: Progress is a residual below the first number times the least so far, or a potential lower by the second number times
-#: w of one cell. While the front of a contact moves, residuals rise and fall and only the potential shows progress:
-#: counting it saves a fifth of the work of whole cycles, half where contacts jump.
-_RESIDUAL_FALL, _POTENTIAL_FALL = 0.7, 0.004
+#: Progress is a residual below this number times the least so far, …
+_RESIDUAL_FALL = 0.7
+
+#: … or a potential lower by this number times w of one cell. While the front of a contact moves, residuals rise and
+#: fall and only the potential shows progress: counting it saves a fifth of the work of whole cycles, half where
+#: contacts jump.
+_POTENTIAL_FALL = 0.004
 
 #: Largest number of rounds.
 _MOST_ROUNDS = 1000
@@ -60,8 +73,11 @@ _PRESSURE_SCALE = 0.1
 #: Number of tangent steps after Newton's method has first failed; doubled after each further failure.
 _FIRST_TANGENT_STEPS = 2
 
-#: Tolerance of gaps at fixed attraction, over the largest traction, and largest number of products.
-_OVERLAP_TOLERANCE, _OVERLAP_PRODUCTS = 0.01, 200
+#: Tolerance of gaps at fixed attraction, over the largest traction.
+_OVERLAP_TOLERANCE = 0.01
+
+#: Largest number of products for them.
+_OVERLAP_PRODUCTS = 200
 
 #: Weight of a gap (nm) relative to a pressure (nm) in deciding whether a cell touches.
 _GAP_WEIGHT = 0.5

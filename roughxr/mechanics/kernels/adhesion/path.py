@@ -35,7 +35,7 @@ class Path(NamedTuple):
     """The states of one cycle in order, and its outcome."""
 
     states: np.ndarray  # (state,) of STATE; prescribed: at a prescribed displacement
-    turn: int  # first state of the retraction
+    first_retraction: int  # number of the state
     status: int
     pressures: np.ndarray  # (prescribed or 0, nx, ny) p dx/E*, nm, in the path's order
     observed: list  # what ``observe`` returned of each state on retraction
@@ -45,7 +45,7 @@ class Path(NamedTuple):
     @property
     def tension(self):
         """The largest tension on retraction, nm; 0 without any."""
-        return max(0.0, -self.states["force"][self.turn :].min(initial=0.0))
+        return max(0.0, -self.states["force"][self.first_retraction :].min(initial=0.0))
 
 
 def follow_path(

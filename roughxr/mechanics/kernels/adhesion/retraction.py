@@ -32,9 +32,12 @@ _TENSION_ERROR_ON_CURVE = 0.05
 _MOST_TRIALS = 8
 _LEAST_PART = 0.125
 
-#: An end is located once a state before it is nearer than the first number, in shortest steps; steps below the second
-#: number are not halved. Not binary fractions, unlike steps, so that rounding does not decide.
-_AT_END, _SHORT = 2.3, 1.3
+#: An end is located once a state before it is nearer than this number of shortest steps. No binary fraction, unlike
+#: steps, so that rounding does not decide.
+_AT_END = 2.3
+
+#: Steps below this number of shortest steps are not halved. No binary fraction, either.
+_SHORT = 1.3
 
 #: Steps of retraction over those of loading. Longer steps jump to branches that shorter ones do not meet: pull-off
 #: forces on the twin are then up to 17 % lower, with steps of 0.4 nm and 4 × 4 cells a pixel.

@@ -26,17 +26,27 @@ from .traction_laws import traction
 #: box. Saves 40 % of the work of cycles without range.
 _BOX_MARGIN = 3
 
-#: Largest residual over the largest traction: of states at prescribed displacements and at the largest tension, and of
-#: states in between. The second saves a quarter of the work; pull-offs change by 0.2 %.
-TOLERANCE, INTERMEDIATE_TOLERANCE = 1e-5, 1e-3
+#: Largest residual over the largest traction of states at prescribed displacements and at the largest tension.
+TOLERANCE = 1e-5
 
-#: Part by which a state may exceed the hardness on loading; largest number of dents otherwise; and accuracy of each, as
-#: a part of the deepest overlap.
-_EXCESS, _MOST_DENTS, _DENT_TOLERANCE = 1e-3, 6, 1e-6
+#: Largest residual of states in between: saves a quarter of the work; pull-offs change by 0.2 %.
+INTERMEDIATE_TOLERANCE = 1e-3
+
+#: Part by which a state may exceed the hardness on loading.
+_EXCESS = 1e-3
+
+#: Largest number of dents otherwise.
+_MOST_DENTS = 6
+
+#: Accuracy of each dent, as a part of the deepest overlap.
+_DENT_TOLERANCE = 1e-6
 
 #: Width of the opening at the edge of a contact under a law without range, in cells times the steepness of the law:
-#: π E* b²/16w by Griffith's edge. Overlaps of more than the second part of the range are contacts.
-_EDGE_OPENING, _CONTACT_OVERLAP = 1.2, 1e-3
+#: π E* b²/16w by Griffith's edge.
+_EDGE_OPENING = 1.2
+
+#: Overlaps of more than this part of the range are contacts.
+_CONTACT_OVERLAP = 1e-3
 _FOUR_NEIGHBOURS = ndimage.generate_binary_structure(2, 1)
 
 #: Mark of cells that have touched; cells within the opening of their edge are marked 1.

@@ -18,9 +18,11 @@ STATE = np.dtype(
     ]
 )
 
-#: A step has jumped if it dissipates more than the first part of |ΔF Δδ|, and has passed a sharp edge if it gains more
-#: than the second part. A smooth branch stays well below both.
-_JUMP_DISSIPATION, _EDGE_GAIN = 0.15, 0.05
+#: A step has jumped if it dissipates more than this part of |ΔF Δδ|. A smooth branch stays well below.
+_JUMP_DISSIPATION = 0.15
+
+#: A step has passed a sharp edge if it gains more than this part. A smooth branch stays well below.
+_EDGE_GAIN = 0.05
 
 #: Avoids 0/0 in ratios.
 _TINY = 1e-300

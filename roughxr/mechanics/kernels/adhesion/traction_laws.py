@@ -21,8 +21,11 @@ import numpy as np
 
 from ..jit import kernel
 
-#: Gap at which the exponential (in ρ) and the second term (in z₀) are cut off.
-CUT, TAIL = 12.0, 11.0
+#: Gap (in ρ) at which the exponential is cut off.
+CUT = 12.0
+
+#: Gap (in z₀) at which the second term is cut off.
+TAIL = 11.0
 
 #: Largest traction of the second term over w/z₀, and its largest |dt/du| over w/z₀², at contact.
 _STRENGTH = 16.0 / (9.0 * 3.0**0.5)

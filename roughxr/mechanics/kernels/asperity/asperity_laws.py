@@ -107,7 +107,7 @@ def asperity_contact(delta, scales, spline):
 
 
 @kernel
-def pick(scales, i):
+def scales_of(scales, i):
     """Return the scales of asperity ``i`` out of those of many."""
     return Scales(scales.a[i], scales.P[i], scales.delta[i], scales.axis_ratio[i], scales.end[i], scales.row[i])
 

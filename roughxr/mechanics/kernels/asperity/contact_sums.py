@@ -24,7 +24,7 @@ import numpy as np
 
 from ..halfspace.separation import profile_height
 from ..jit import kernel
-from .asperity_laws import Scales, asperity_contact, pick
+from .asperity_laws import Scales, asperity_contact, scales_of
 from .branches import LENGTH, A, B, P, closed_contact, collapse, line_contact
 
 
@@ -82,7 +82,7 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
     Flags are counted at their first displacement, since contacts grow. Laws of closed form take scalars: passing an
     array to a function costs as much as the law itself.
     """
-    scales = pick(field.scales, i)
+    scales = scales_of(field.scales, i)
     force = out[FORCE]
     area = out[AREA]
     n = deltas.size
@@ -117,7 +117,7 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
 @kernel
 def _contact_radius(delta, field, i, x, y, branch):
     """Return the radius (nm) of the contact of asperity i at ``delta`` along the unit vector (x, y)."""
-    contact = asperity_contact(delta, pick(field.scales, i), branch)
+    contact = asperity_contact(delta, scales_of(field.scales, i), branch)
     if not contact.b > 0.0:
         return 0.0
     c = np.cos(field.orientation[i])

@@ -29,8 +29,11 @@ from roughxr.mechanics.kernels.jit import kernel
 LARGEST_RATIO = 1e4
 FILE = Path(__file__).with_name("elliptic_table.npz")
 
-#: Number of spline cells along both coordinates.
-CELLS_ACROSS, CELLS_ALONG = 20, 48
+#: Number of spline cells along the first coordinate.
+CELLS_ACROSS = 20
+
+#: Number of spline cells along the second coordinate.
+CELLS_ALONG = 48
 
 #: Columns of splines and marks: NumPy's integers, since Numba compiles a function again for every literal number.
 P, A, B = np.arange(3)

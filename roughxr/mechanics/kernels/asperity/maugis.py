@@ -25,8 +25,11 @@ import numpy as np
 from ..jit import kernel
 from .elliptic_table import Table
 
-#: Range of λ in the table; λ beyond it is read at its ends, nearly DMT and JKR.
-SMALLEST, LARGEST = 0.02, 50.0
+#: Smallest λ in the table; below it the end is read, nearly DMT.
+SMALLEST = 0.02
+
+#: Largest λ in the table; above it the end is read, nearly JKR.
+LARGEST = 50.0
 FILE = Path(__file__).with_name("maugis_table.npz")
 
 #: Number of spline cells across.

@@ -27,7 +27,7 @@ Source: own.
 import numpy as np
 
 from ..jit import kernel
-from .asperity_laws import asperity_contact, pick
+from .asperity_laws import asperity_contact, scales_of
 
 #: Results in each direction: the largest moment, nN nm, and the edge's distance from the axis there, nm; the
 #: largest M/h, nN (inf if the edge is never ahead of the axis), and the edge's distance there, nm.
@@ -100,7 +100,7 @@ def _edge(along, turned, delta, scales, spline, force, reach):
         rounding = 1e-9 * scales.delta[i]
         if delta[i] < end - rounding or np.isnan(delta[i]):
             continue
-        contact = asperity_contact(max(delta[i], end + rounding), pick(scales, i), spline)
+        contact = asperity_contact(max(delta[i], end + rounding), scales_of(scales, i), spline)
         force[i] = contact.P
         reach[i] = np.hypot(contact.a * np.cos(turned[i]), contact.b * np.sin(turned[i]))
         h = max(h, along[i] + reach[i])
@@ -112,7 +112,7 @@ def total_force(delta, offset, scales, spline):
     """Return the force (nN) and contact area (nm²) of all asperities with the sphere at ``delta`` (nm)."""
     force = area = 0.0
     for i in range(offset.size):
-        contact = asperity_contact(delta - offset[i], pick(scales, i), spline)
+        contact = asperity_contact(delta - offset[i], scales_of(scales, i), spline)
         force += contact.P
         area += np.pi * contact.a * contact.b
     return force, area

@@ -19,12 +19,26 @@ from scipy.interpolate import CubicSpline
 
 from .love import cell_integrals, love_coefficients
 
-#: Number of images, their least depth, and the greatest at m ≤ 1; values of s at which they are fitted.
-_IMAGES, _SHALLOW, _DEEP, _FITTED_AT = 50, 1.2, 60.0, np.geomspace(1e-5, 30.0, 1500)
+#: Number of images.
+_IMAGES = 50
 
-#: From so many cells on a square's mean is that of its second derivatives (5e-8 of Love's), between so many distances;
-#: displacements that are negative by more than the last part of Love's count as upward.
-_NEAR, _DISTANCES, _UPWARD = 24, 400, 1e-6
+#: Their least depth.
+_SHALLOW = 1.2
+
+#: Their greatest depth at m ≤ 1.
+_DEEP = 60.0
+
+#: Values of s at which they are fitted.
+_FITTED_AT = np.geomspace(1e-5, 30.0, 1500)
+
+#: From so many cells on a square's mean is that of its second derivatives (5e-8 of Love's).
+_NEAR = 24
+
+#: Number of distances between which they are interpolated.
+_DISTANCES = 400
+
+#: Displacements that are negative by more than this part of Love's count as upward.
+_UPWARD = 1e-6
 
 
 class Film(NamedTuple):

@@ -25,8 +25,14 @@ DENSE_LIMIT = 250
 #: From this many cells on, an inverse by transforms is a better preconditioner than a few neighbours.
 LONG_RANGE = 1000
 
-#: Number of padded boxes whose transformed coefficients are stored; cells of a small box; and number of larger boxes.
-_MOST_STORED, _SMALL, _MOST_LARGE = 256, 256**2, 6
+#: Number of padded boxes whose transformed coefficients are stored.
+_MOST_STORED = 256
+
+#: Cells of a small box.
+_SMALL = 256**2
+
+#: Number of larger boxes that are stored.
+_MOST_LARGE = 6
 
 
 class Operator(NamedTuple):

@@ -18,8 +18,11 @@ from ..jit import kernel
 from .active_set import CONVERGED, PATIENCE, Outcome, solve
 from .products import DENSE_LIMIT, displaced, operator
 
-#: Tolerance and iterations of the solve on cells twice as large, which only serves as a guess.
-COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, 1000
+#: Tolerance of the solve on cells twice as large, which only serves as a guess.
+COARSE_TOLERANCE = 1e-3
+
+#: Iterations of that solve.
+COARSE_ITERATIONS = 1000
 
 
 class Guess(NamedTuple):

@@ -26,16 +26,23 @@ from .dilation import SIDE, touch
 #: labelled. The second is also the last index of a list of labels.
 OFF, _NO_DESCENT, _UNLABELLED = 0, -1, -2
 
-#: First and last half-width of a step, in pixels, and the largest number of steps. Steps of the first never end midway
-#: between pixels.
-_FIRST_STEP, _LAST_STEP, _MOST_STEPS = 0.47, 0.004, 4000
+#: First half-width of a step, pixels: such steps never end midway between pixels.
+_FIRST_STEP = 0.47
+
+#: Last half-width of a step, pixels.
+_LAST_STEP = 0.004
+
+#: Largest number of steps.
+_MOST_STEPS = 4000
 
 #: Largest number of tangent planes along an axis, in the search for the best step.
 _MOST_CUTS = 50
 
-#: In `_best_step`, heights that differ by less than the first part of a step count as equal. Contacts lie below the
-#: centre by at least the second part of the radius, so that slopes stay finite.
-_ROUNDING, _LEAST_SLANT = 1e-10, 1e-9
+#: In `_best_step`, heights that differ by less than this part of a step count as equal.
+_ROUNDING = 1e-10
+
+#: Contacts lie below the centre by at least this part of the radius, so that slopes stay finite.
+_LEAST_SLANT = 1e-9
 
 _OFFSETS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 

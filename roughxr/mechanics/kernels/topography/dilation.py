@@ -20,8 +20,11 @@ import numpy as np
 from ..halfspace.separation import SPHERE, profile_height
 from ..jit import kernel
 
-#: Side of a box that is not divided further, and width of the margin in which its list also holds, both in pixels.
-SIDE, _MARGIN = 4, 1.0
+#: Side of a box that is not divided further, pixels.
+SIDE = 4
+
+#: Width of the margin in which its list also holds, pixels.
+_MARGIN = 1.0
 
 #: Columns of a patch: position, height, slopes, second derivatives (nm⁻¹), and its largest rise over its pixel (nm).
 X, Y, H, GX, GY, HXX, HYY, HXY, RISE = range(9)

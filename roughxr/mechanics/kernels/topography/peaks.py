@@ -20,8 +20,14 @@ import numpy as np
 
 _NEIGHBOURHOOD = np.ones((3, 3))
 
-#: Longest step of an ascent, largest number of steps, and the step that ends it, pixels.
-_LONGEST_STEP, _MOST_STEPS, _LAST_STEP = 0.5, 200, 1e-4
+#: Longest step of an ascent, pixels.
+_LONGEST_STEP = 0.5
+
+#: Largest number of steps.
+_MOST_STEPS = 200
+
+#: The step that ends an ascent, pixels.
+_LAST_STEP = 1e-4
 
 
 class Peaks(NamedTuple):
