@@ -68,7 +68,7 @@ def test_a_flipped_height_in_our_own_file_is_noticed(holed, tmp_path):
     place = content.find(holed["height"].values[10].tobytes())
     content[place + 3] ^= 1
     path.write_bytes(content)
-    with pytest.raises(ValueError, match=r"scan\.nc: damaged, its heights cannot be read"):
+    with pytest.raises(ValueError, match=r"scan\.nc: NetCDF .* expected heights that can be read, found damaged ones"):
         open_scan(path).load()
 
 

@@ -335,7 +335,7 @@ def test_what_is_no_readable_file(tmp_path):
         open_scan(tmp_path / "absent.spm")
     with pytest.raises(IsADirectoryError, match="found a folder"):
         open_scan(tmp_path)
-    with pytest.raises(TypeError, match="expected the path of a file, found bytes"):
+    with pytest.raises(TypeError, match="expected the name of a file, found bytes"):
         open_scan(b"GWYP")
     (tmp_path / "empty.ibw").touch()
     with pytest.raises(UnreadableScan, match=r"empty.ibw: .* empty"):
