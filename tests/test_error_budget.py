@@ -239,7 +239,7 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     headline = report.headline(run)
     assert "does not resolve roughness finer than" in headline and "with all known errors" in headline
     biased = run | {"statistics/error_budget": budget.assign(pull_off_corrected=0.75 * budget.pull_off_mean)}
-    mean = numbers.quantity(0.75 * float(solved.contact.pull_off().pull_off_force.mean()))
+    mean = numbers.format_quantity(0.75 * float(solved.contact.pull_off().pull_off_force.mean()))
     assert f"without its known bias, 25 %, is {mean}." in report.headline(biased)
     table = report.tables(run)["Error budget of the mean pull-off"]
     assert table.index[-1] == "all of these" and " ± " in table["error [%]"]["work of adhesion"]
@@ -280,7 +280,7 @@ def test_the_accuracy_in_the_last_row_is_that_of_the_total_without_unseen_roughn
     run = {BUDGET: budget, "statistics/extrapolated": estimate}
     total = report.tables(run)["Error budget of the mean pull-off"].loc["all of these"]
     assert "±" not in total["error [%]"] and float(total["error [%]"]) > 50
-    seen = numbers.percent(budget.total_std)
+    seen = numbers.format_percent(budget.total_std)
     assert (
         f"Without roughness finer than 20 nm the total is {seen}, which is known to ±" in total["how it was computed"]
     )

@@ -387,7 +387,7 @@ def test_intervals_that_explode_are_not_printed_as_numbers():
     exploded = 12.1e3, 0.00516, 71311.0
     assert numbers.with_interval(*exploded) == "12 µN (95 % interval wider than a factor of 50)"
     assert numbers.with_interval(*exploded, why_wide=", too few values").endswith("of 50, too few values)")
-    assert numbers.value_and_interval(2149211.0, float("nan"), float("nan"), "m/s²")[0] == numbers.number(
+    assert numbers.value_and_interval(2149211.0, float("nan"), float("nan"), "m/s²")[0] == numbers.format_number(
         2.15e6, "m/s²"
     )
 
@@ -618,7 +618,7 @@ def test_methods_state_levelling_hamaker_constant_and_the_sources_of_the_interva
     errors = run["statistics/error_budget"].relative_std
     largest = str(errors.entry[int(errors.argmax("entry"))].values)
     sources = text.partition("The interval contains, as standard deviations, the errors of ")[2]
-    assert f"{largest} ({numbers.percent(float(errors.max()))})" in sources
+    assert f"{largest} ({numbers.format_percent(float(errors.max()))})" in sources
 
 
 @pytest.fixture(scope="module")
