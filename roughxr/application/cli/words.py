@@ -71,15 +71,18 @@ def refuse_inputs_as_outputs(options: Namespace) -> None:
 
 
 def expand_wildcards(options: Namespace) -> None:
-    """Replace quoted wildcards of files, which no shell has expanded; one that fits no file stays as it is."""
+    """Replace quoted wildcards of files, which no shell has expanded; raise for one that fits no file."""
     for name in ("scan", "file", "run", "finer", "indenter"):
         value = getattr(options, name, None)
         if value is None:
             continue
         files: list[str] = []
         for file in value if isinstance(value, list) else [value]:
-            matches = [] if os.path.exists(file) or not glob.has_magic(file) else sorted(glob.glob(file))
-            files += matches or [file]
+            is_file = os.path.exists(file) or not glob.has_magic(file)
+            matches = [file] if is_file else sorted(glob.glob(file))
+            if not matches:
+                raise Refusal(name, "files that fit the wildcards", f"none by {file}")
+            files += matches
         if isinstance(value, list):
             setattr(options, name, files)
         elif len(files) > 1:
