@@ -206,10 +206,25 @@ def test_a_soft_place_that_takes_minutes_on_cells_says_so_before_it_starts(monke
         raise InterruptedError
 
     monkeypatch.setattr(adhesion, "solve", stop)
-    pair = {"sphere_radius": 500, "contact_modulus": 0.3, "work_of_adhesion": 0.03, "adhesion_range": 0.3}
+    pair = {"sphere_radius": 5000, "contact_modulus": 0.003, "work_of_adhesion": 0.05}
     scan = roughxr.open_sample("rough").contact.assign_pair(**pair)
-    with pytest.warns(UserWarning, match="a place takes about 40 s"), pytest.raises(InterruptedError):
-        scan.contact.adhesive(subregions=(2, 2))
+    with pytest.warns(UserWarning, match="a place takes about 50 s"), pytest.raises(InterruptedError):
+        scan.contact.adhesive(subregions=(2, 2), law="jkr")
+
+
+def test_bodies_whose_range_matters_are_not_said_to_take_minutes(monkeypatch):
+    """Glass on silicon takes about a second a place, E* 0.3 GPa some 4 s: single summits touch."""
+
+    def stop(*arguments, **options):
+        raise InterruptedError
+
+    monkeypatch.setattr(adhesion, "solve", stop)
+    stiff = {"sphere_radius": 3000, "materials": "glass/silicon"}
+    soft = {"sphere_radius": 500, "contact_modulus": 0.3, "work_of_adhesion": 0.03, "adhesion_range": 0.3}
+    for pair in (stiff, soft):
+        scan = roughxr.open_sample("rough").contact.assign_pair(**pair)
+        with pytest.raises(InterruptedError):  # a warning would be an error
+            scan.contact.adhesive(subregions=(2, 2))
 
 
 def test_automatic_choice_leaves_stiff_bodies_and_stated_laws_on_cells():
