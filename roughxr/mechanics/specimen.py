@@ -101,10 +101,10 @@ class Specimen:
     def indenter(self) -> Indenter:
         """The assigned sphere or map."""
         height_map = indenter_map(self.bodies)
-        if not height_map:
-            self.pair.need("sphere_radius")
-        radius = np.nan if height_map else self.pair.sphere_radius
-        return Indenter(radius, PROFILES["sphere"], height_map)
+        if height_map:
+            return Indenter(np.nan, PROFILES["sphere"], height_map)
+        self.pair.need("sphere_radius")
+        return Indenter(self.pair.sphere_radius, PROFILES["sphere"], None)
 
     @cached_property
     def shortest_wavelength(self) -> float:

@@ -200,11 +200,11 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> No
         valid = format_percent(critical["in_range"].where(values > 0).mean())
         print(f"drag formulas valid at {valid} of the {of} that need a flow")
     work = format_number(moments["work_of_adhesion"], "J/m²")
-    dry = "dry work of adhesion" if is_humid(moments) else "work of adhesion"
-    menisci = (
-        f"; menisci at {format_percent(moments['humidity'])} relative humidity add to it" if is_humid(moments) else ""
-    )
-    print(f"with the run's {dry}, {work}{menisci}")
+    if is_humid(moments):
+        humidity = format_percent(moments["humidity"])
+        print(f"with the run's dry work of adhesion, {work}; menisci at {humidity} relative humidity add to it")
+    else:
+        print(f"with the run's work of adhesion, {work}")
 
 
 def _print_removal(critical: xr.Dataset, moments: xr.Dataset, options: Namespace) -> None:

@@ -52,11 +52,8 @@ def info(options: Namespace) -> None:
     if options.file.endswith(".nc") and (missing := archive.root_attributes(options.file).get(archive.UNFINISHED)):
         print(f"run: not finished, {missing}")
     print("images, with sizes and heights in nm, and the rms height s_q about the mean plane:")
-    print(
-        channels.rename(units="units in file")
-        .to_dataframe()
-        .to_string(float_format=lambda v: format_number(v, digits=4))
-    )
+    listed = channels.rename(units="units in file").to_dataframe()
+    print(listed.to_string(float_format=lambda value: format_number(value, digits=4)))
     with warnings.catch_warnings():
         if channels.attrs["doubts"]:  # they are printed above
             warnings.simplefilter("ignore", ImplausibleScan)

@@ -100,9 +100,10 @@ def _line_of_equal_forces(ax: Axes, ds: xr.Dataset, ends: np.ndarray) -> None:
 def _means_label(ds: xr.Dataset, ratio: float) -> str:
     """Return the ratio of the means, and how far the distributions differ beside it."""
     distance = float(ds.get("scaled_distance", np.nan))
-    return f"means: × {ratio:.2g}" + (
-        f", then at most {format_percent(distance)} apart" if np.isfinite(distance) else ""
-    )
+    label = f"means: × {ratio:.2g}"
+    if np.isfinite(distance):
+        label += f", then at most {format_percent(distance)} apart"
+    return label
 
 
 @styled

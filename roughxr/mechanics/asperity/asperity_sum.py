@@ -68,7 +68,7 @@ def read_options(
         raise Refusal("", "a sphere (assign_pair with sphere_radius)", "the height map of an indenter", "use direct")
     pair = read_pair(ds, "sphere_radius", "contact_modulus", half_space=not coated)
     if ADHESION_LAWS[law].adheres:
-        schema.need_assigned(ds, "work_of_adhesion")
+        pair.need("work_of_adhesion")
     length = pair.range if dry_range is None else dry_range
     if pair.menisci is not None:  # of a longer range and a larger work than the solids
         length += pair.menisci.part * (pair.menisci.range - length)

@@ -218,7 +218,7 @@ def _labelled_moments(out: xr.Dataset, method: str, normal_force: float) -> xr.D
 
 def _asperity_moments(summands: Summands, angles, load, subregions) -> xr.Dataset:
     """Roll the sphere off the asperities at each contact centre."""
-    positions = regions.centres(summands.ds, subregions)
+    positions = regions.centres_of(summands.ds, subregions)
     centres = [tuple(point) for point in regions.points(positions).tolist()]
     layout = Layout({"direction": angles}, _STATES, _EVENTS | _ASPERITY_STATES)
     solve = partial(spread.task_results, name="rolling", lazy=summands.lazy)

@@ -126,7 +126,7 @@ def superpose(
     adheres = ADHESION_LAWS[law].adheres
     options = summands.options
     lazy = summands.lazy
-    positions = regions.centres(ds, subregions)
+    positions = regions.centres_of(ds, subregions)
     if "hardness" in ds.coords:
         warn(
             "hardness: superposed asperities stay elastic, found an assigned hardness; take `direct` or `adhesive`, "
@@ -135,11 +135,13 @@ def superpose(
         )
     if schema.is_coated(ds) and adheres:
         need_small_contacts(ds, summands.median_contact)
-    if delta is not None and not lazy:
-        largest = float(schema.ascending(delta, "nm", "delta")[-1])
-        ask_about_depth(largest, summands.options.radius, ds["height"].values)
     centres = [tuple(point) for point in regions.points(positions).tolist()]
-    deltas = _default_sweep(summands, centres) if delta is None else schema.ascending(delta, "nm", "delta")
+    if delta is None:
+        deltas = _default_sweep(summands, centres)
+    else:
+        deltas = schema.ascending(delta, "nm", "delta")
+        if not lazy:
+            ask_about_depth(float(deltas[-1]), options.radius, ds["height"].values)
     events = _EVENTS | (_PULL_OFF if adheres else {})
     layout = Layout({"delta": deltas}, _STATES, events)
     solve = partial(spread.task_results, name="superpose", lazy=lazy)

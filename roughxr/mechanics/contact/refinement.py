@@ -152,11 +152,8 @@ def coarser_mesh_error(change: np.ndarray, law: str | None) -> np.ndarray:
 
 def _remaining_series(change: Any) -> Any:
     """Return the sum of all changes that follow one of a slow series; 0 after one that is not part of it."""
-    return (
-        np.where((change > 0) & (change <= LARGEST_DIFFERENCE), change, 0.0)
-        * _LARGEST_ERROR_RATIO
-        / (1 - _LARGEST_ERROR_RATIO)
-    )
+    first = np.where((change > 0) & (change <= LARGEST_DIFFERENCE), change, 0.0)
+    return first * _LARGEST_ERROR_RATIO / (1 - _LARGEST_ERROR_RATIO)
 
 
 def _change_by_splines(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> np.ndarray | None:

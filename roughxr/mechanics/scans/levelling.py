@@ -76,7 +76,7 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
 
 def _mask(exclude: xr.DataArray, height: xr.DataArray) -> np.ndarray:
     """Return a mask of the excluded heights."""
-    mask = in_package_units(exclude) if isinstance(exclude, xr.DataArray) else xr.DataArray(exclude, dims=height.dims)
+    mask = exclude if isinstance(exclude, xr.DataArray) else xr.DataArray(exclude, dims=height.dims)
     if mask.dtype != bool or dict(mask.sizes) != dict(height.sizes):
         raise Refusal("exclude", f"bool over {dict(height.sizes)}", f"{mask.dtype} over {dict(mask.sizes)}")
     xr.align(mask, height, join="exact", copy=False)  # refuse a mask of another region
