@@ -11,6 +11,7 @@ import xarray as xr
 import roughxr
 from roughxr import reference
 from roughxr.application.cli import main
+from roughxr.mechanics.asperity.asperity_sum import FORMULATIONS
 from roughxr.mechanics.kernels.adhesion import potentials, traction_laws
 from roughxr.mechanics.kernels.asperity.asperity_laws import RANGED
 from roughxr.mechanics.vocabulary.adhesion_laws import (
@@ -115,6 +116,7 @@ def test_kernels_have_the_laws_of_their_verbs():
     assert {*traction_laws.LAWS, AUTO} == set(laws_of("adhesive"))
     assert set(potentials.POTENTIALS) == set(laws_of("rigid"))
     assert {*RANGED, JKR, HERTZ} == set(laws_of("superpose"))
+    assert {*ADHESION_LAWS[JKR].formulations} == {*FORMULATIONS}
 
 
 def test_no_name_or_synonym_stands_for_two_laws():

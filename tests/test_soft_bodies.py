@@ -287,9 +287,9 @@ def test_a_law_that_a_small_change_switches_is_named_in_the_answer():
     for wanted in (0.1, 4.0, 6.0, 50.0):
         modulus = (parameter / wanted) ** 1.5
         pair = surface.contact.assign_pair(**bodies | {"contact_modulus": modulus})
-        switching.append(adhesive_options.switching_tabor(specimen_of(pair)))
-    assert np.isfinite(switching).tolist() == [False, True, True, False]
-    np.testing.assert_allclose(switching[1:3], [4.0, 6.0], rtol=1e-6)
+        switching.append(adhesive_options.chosen_law(specimen_of(pair), "auto")[1])
+    np.testing.assert_allclose(switching, [0.1, 4.0, 6.0, 50.0], rtol=1e-6)
+    assert [adhesive_options.changes_the_law(tabor) for tabor in switching] == [False, True, True, False]
     near = surface.contact.assign_pair(**bodies | {"contact_modulus": (parameter / 4.0) ** 1.5})
     solved = near.contact.adhesive(mesh=roughxr.Mesh(2, None))
     switch = "The law is 'exponential' by Tabor's parameter, 4, and 'jkr' on the other side of 5: state one law"

@@ -9,7 +9,7 @@ from ..mechanics.bodies.liquid import menisci_of
 from ..mechanics.statistics.censoring import RELATIVE_STD
 from ..mechanics.statistics.means import estimated_mean
 from ..mechanics.studies.extrapolation import TESTED
-from ..mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, JKR, SHORT_RANGE
+from ..mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, SHORT_RANGE
 from ..mechanics.vocabulary.error_sources import ERROR_SOURCES, MEASURED, ONE_SCAN, PLACES, UNSEEN, UNSEEN_WORDS
 from ..mechanics.vocabulary.numbers import (
     format_number,
@@ -251,9 +251,8 @@ def expectation_words(summed: xr.Dataset) -> str:
             f"{expected['expected_ratio']:.2g} times the pull-off of the simulation with adhesion, "
             f"{expected['expected_low']:g} … {expected['expected_high']:g} {tested}"
         )
-    formulas = expected["formulation"] if expected["law"] == JKR else expected["law"]
     reason = {
-        "law": f"the ratio was measured for the corrected formulas, not for {formulas!r}",
+        "law": f"the ratio was measured for the corrected formulas, not for {expected.get('formulas')!r}",
         "patch": "the patch does not follow the shortest wavelength; use asperities(patch='auto')",
         "pixels": f"the shortest wavelength of the scan spans {expected.get('wavelength_pixels', np.nan):.2g} pixels, "
         "too few to resolve its summits",

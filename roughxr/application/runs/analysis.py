@@ -26,7 +26,6 @@ from ...files.images.backend import open_scan
 from ...files.storage import remove_leftovers
 from ...mechanics.bodies.pair import assign_pair
 from ...mechanics.contact.adhesion import warn_of_time
-from ...mechanics.contact.adhesive_options import chosen_law
 from ...mechanics.contact.mesh import Mesh, read_mesh
 from ...mechanics.jobs.progress import Stages, print_line, rough_duration
 from ...mechanics.particles import resting
@@ -37,7 +36,6 @@ from ...mechanics.specimen import Specimen, need_wide_scan, specimen_of
 from ...mechanics.studies.extrapolation import refuse_synthetic
 from ...mechanics.studies.finer_scan import second_scan
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, JKR
 from ...mechanics.vocabulary.refusal import Refusal, WrongCall
 from ...mechanics.vocabulary.text import did_you_mean, warn
 from ...mechanics.vocabulary.units import Places, Quantities, Quantity, positive
@@ -239,15 +237,8 @@ def _start_words(task: Task, expected: float, compiling: float) -> str:
     share = f" Of this, compiling kernels takes {rough_duration(compiling)}, once on a machine." if compiling else ""
     return (
         f"{places} on {pixels} pixels: {rough_duration(expected)} on most scans, longer on sharp or soft summits."
-        f"{_soft_words(task.specimen, task.plan)}{share} If it is interrupted, the same call continues it."
+        f"{share} If it is interrupted, the same call continues it."
     )
-
-
-def _soft_words(specimen: Specimen, plan: Plan) -> str:
-    """Return what bodies without range cost, as a sentence; empty for others."""
-    if not specimen.pair.work > 0 or ADHESION_LAWS[chosen_law(specimen, plan.law)].has_range:
-        return ""
-    return f" These bodies are soft (law {JKR!r}): each place may take minutes, or seconds by its front."
 
 
 def analyse(

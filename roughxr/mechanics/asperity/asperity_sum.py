@@ -19,7 +19,7 @@ from ..kernels.halfspace.separation import PROFILES
 from ..scans import regions
 from ..specimen import need_wide_scan
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import ADHESION_LAWS, DUGDALE, HERTZ, JKR, read_law
+from ..vocabulary.adhesion_laws import ADHESION_LAWS, DUGDALE, JKR, read_law
 from ..vocabulary.refusal import Refusal
 from .catalogue import catalogue_of
 
@@ -39,8 +39,9 @@ PULL_OFF = np.dtype([("pull_off_force", float), ("pull_off_delta", float), ("con
 class SumOptions(NamedTuple):
     """The law of the asperities, and the sphere pressed against them."""
 
-    law: str  # name of the kernel's law
+    law: str  # name of the kernel's law: of "jkr" the formulation
     adhesion_range: float  # nm: z₀, or NaN for a law without range
+    adheres: bool
     composite: bool
     profile: int
     radius: float
@@ -60,32 +61,32 @@ def read_options(
     ``dry_range`` (nm) is that of the law without liquid, by default the pair's.
     """
     schema.one_of(formulation, FORMULATIONS, "formulation")
-    if not ADHESION_LAWS[law].adheres and formulation == "self_similar":
-        raise Refusal("formulation", "none with law='hertz'", "'self_similar'", "leave it out, or take law='jkr'")
-    if law in RANGED and formulation not in (DEFAULT, _OF_RANGED):
+    row = ADHESION_LAWS[law]
+    if formulation not in row.formulations:
         raise Refusal("formulation", f"none with law={law!r}", f"{formulation!r}", "leave it out, or take law='jkr'")
     if "indenter_height" in ds:
         raise Refusal("", "a sphere (assign_pair with sphere_radius)", "the height map of an indenter", "use direct")
     pair = read_pair(ds, "sphere_radius", "contact_modulus", half_space=not coated)
-    if ADHESION_LAWS[law].adheres:
+    if row.adheres:
         pair.need("work_of_adhesion")
     length = pair.range if dry_range is None else dry_range
     if pair.menisci is not None:  # of a longer range and a larger work than the solids
         length += pair.menisci.part * (pair.menisci.range - length)
     return SumOptions(
-        law=formulation if law == JKR else law,
-        adhesion_range=length if law in RANGED else np.nan,
+        law=law if law in (*ASPERITY_LAWS, *RANGED) else formulation,
+        adhesion_range=length if row.has_range else np.nan,
+        adheres=row.adheres,
         composite=formulation != "published",
         profile=PROFILES["sphere"],
         radius=pair.sphere_radius,
         contact_modulus=pair.contact_modulus,
-        work_of_adhesion=pair.work if ADHESION_LAWS[law].adheres else 0.0,
+        work_of_adhesion=pair.work if row.adheres else 0.0,
     )
 
 
 def law_attributes(law: str, formulation: str, options: SumOptions) -> dict[str, Any]:
     """Return the law's name and its parameters as attributes of a result."""
-    if law in RANGED:
+    if ADHESION_LAWS[law].has_range:
         return {"law": law, "formulation": _OF_RANGED, "adhesion_range": options.adhesion_range}
     return {"law": law, "formulation": formulation}
 
@@ -166,7 +167,7 @@ def plain_asperities(catalogue: xr.Dataset, options: SumOptions) -> Asperities:
     orientation = catalogue["orientation"].values[peaks]
     field = sums.Field(x, y, depth, orientation, at_edge, _nearest_neighbours(x, y), subset(scales, peaks))
     grid = None
-    if options.law != HERTZ:
+    if options.adheres:
         grid = pull_off_search.build_grid(field, law, options.radius, options.profile)
     return Asperities(field, float(catalogue["patch_radius"]), int((~peaks).sum()), grid)
 

@@ -30,10 +30,11 @@ HIGH = 1.4
 def expectation(catalogue: xr.Dataset, law: str) -> dict[str, float | str]:
     """Return, as attributes, the expected pull-off from these asperities over that of `adhesive`, or why it is unknown.
 
-    ``unknown_by`` is "law", "patch" or "pixels", of which the shortest wavelength has ``wavelength_pixels``.
+    ``unknown_by`` is "law", of which ``formulas`` is the kernel's name, "patch" or "pixels", of which the shortest
+    wavelength has ``wavelength_pixels``.
     """
     if law not in ("energy", "self_similar"):
-        return {"unknown_by": "law"}
+        return {"unknown_by": "law", "formulas": law}
     if "shortest_wavelength" not in catalogue.coords:
         return {"unknown_by": "patch"}
     if not (pixels := float(catalogue["shortest_wavelength"] / catalogue["pixel"])) >= RESOLVED:

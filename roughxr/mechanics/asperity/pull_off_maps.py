@@ -92,7 +92,7 @@ def pull_off_map(
 def _places(ds: xr.Dataset, subregions: Places) -> tuple[xr.Dataset, np.ndarray, np.ndarray]:
     """Return the contact centres as coordinates, and x and y of each, nm."""
     if not isinstance(subregions, str):
-        places = regions.centres(ds, subregions)
+        places = regions.centres_of(ds, subregions)
         return places, *regions.points(places).T.copy()
     schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
     if "x" not in ds.dims:

@@ -14,7 +14,6 @@ from ..kernels.asperity import contact_sums as sums
 from ..scans import regions
 from ..specimen import ask_about_depth
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.numbers import format_number
 from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Places, Quantities
@@ -123,8 +122,8 @@ def superpose(
     summands = read_summands(ds, law, formulation, coated=True)
     ds = summands.ds
     law = summands.law
-    adheres = ADHESION_LAWS[law].adheres
     options = summands.options
+    adheres = options.adheres
     lazy = summands.lazy
     positions = regions.centres_of(ds, subregions)
     if "hardness" in ds.coords:

@@ -30,14 +30,13 @@ from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Places, Quantities, Quantity
 from .adhesion_on_cells import NO_DIRECTIONS, Adhesion, resolving_cell
 from .adhesive_options import (
-    chosen_law,
+    changes_the_law,
     need_few_cells,
     need_resolved_law,
     preload_problem,
     read_adhesion,
     read_preloads,
     settling_depth,
-    switching_tabor,
     window_half_width,
 )
 from .adhesive_record import cycle_layout, cycle_record
@@ -169,7 +168,7 @@ def _solution(
     positions = specimen.centres(subregions)
     adhesion = read_adhesion(
         specimen,
-        chosen_law(specimen, law),
+        law,
         preloads=read_preloads(preload) if by_preload else np.zeros(0),
         mesh=mesh,
         cycles=cycles,
@@ -179,7 +178,7 @@ def _solution(
     problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
     if not by_preload:
         check_depth(specimen, problem)
-    adhesion = with_front(problem, adhesion, is_automatic=law == AUTO and mesh.cells == "auto", fields=fields)
+    adhesion = with_front(problem, adhesion, fields=fields)
     need_resolved_law(adhesion, problem)
     reach = window_half_width(specimen, problem, adhesion)
     need_few_cells(specimen, problem, adhesion, positions, reach)
@@ -191,7 +190,7 @@ def _solution(
         specimen,
         problem,
         cycle_layout(problem, adhesion, preload),
-        adhesion,
+        adhesion._replace(tabor=np.nan),  # stored results do not depend on how the law was chosen
         name="adhesive",
         positions=positions,
         reach=reach,
@@ -200,8 +199,8 @@ def _solution(
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
     if by_preload and "preload" not in out.dims:
         out.attrs["preload"] = float(adhesion.preloads[0])
-    if law == AUTO and np.isfinite(tabor := switching_tabor(specimen)):
-        out.attrs["switching_tabor"] = tabor
+    if changes_the_law(adhesion.tabor):
+        out.attrs["switching_tabor"] = adhesion.tabor
     out = spread.finish(out)
     if not specimen.lazy:
         _warn(out, adhesion, problem)
@@ -238,7 +237,7 @@ def _time_on_cells(adhesion: Adhesion, problem: Problem) -> str:
 def warn_of_time(specimen: Specimen, *, preload: Quantities, law: str) -> None:
     """Warn of a refined mesh of cells that takes minutes a place, before a run solves it."""
     problem, adhesion = preload_problem(specimen, preload=preload, law=law, mesh=Mesh())
-    _warn_of_time(with_front(problem, adhesion, is_automatic=law == AUTO, fields=False), problem)
+    _warn_of_time(with_front(problem, adhesion, fields=False), problem)
 
 
 def _warn_of_time(adhesion: Adhesion, problem: Problem) -> None:

@@ -39,7 +39,8 @@ _AS_SCANNED = Mesh(1, None)
 
 
 def read_adhesion(specimen: Specimen, law: str, *, preloads, mesh: Mesh, cycles) -> Adhesion:
-    """Return the `Adhesion` of a pair, a chosen law and options; raise if an option is out of its range."""
+    """Return the `Adhesion` of a pair, a law and options; raise if an option is out of its range."""
+    law, tabor = chosen_law(specimen, law)
     step, first_cell = _usual_step_and_cell(specimen)
     settings = Adhesion(
         preloads=preloads,
@@ -51,6 +52,7 @@ def read_adhesion(specimen: Specimen, law: str, *, preloads, mesh: Mesh, cycles)
         first_cell=first_cell,
         capture=0.0 if ADHESION_LAWS[law].has_range or not specimen.pair.solid_work > 0 else _capture(specimen),
         cycles=whole_number(cycles, "cycles", least=1),
+        tabor=tabor,
         **pair_law(specimen.pair, law),
     )
     if settings.cycles > 1 and not preloads.size:
@@ -90,7 +92,6 @@ def preload_problem(
     The only displacement of the problem is the largest depth (nm beyond first contact) of loading.
     """
     specimen = specimen_of(ds)
-    law = chosen_law(specimen, law)
     adhesion = read_adhesion(specimen, law, preloads=read_preloads(preload), mesh=mesh, cycles=1)
     depth = [settling_depth(specimen, adhesion)]
     at = specimen.centres(None)
@@ -99,26 +100,27 @@ def preload_problem(
     return problem, adhesion
 
 
-def chosen_law(specimen: Specimen, law: str) -> str:
-    """Return the name of a law, "auto" by the pair and the asperities; raise if nothing is known of the adhesion."""
+def chosen_law(specimen: Specimen, law: str) -> tuple[str, float]:
+    """Return the name of a law, "auto" by the pair and the asperities, and Tabor's parameter if that decided.
+
+    Raise if nothing is known of the adhesion.
+    """
     name = read_law(law, "adhesive")
     pair = specimen.pair
     pair.need("work_of_adhesion")
     if name != AUTO:
-        return name
-    if pair.menisci is None and not pair.solid_work > 0:
-        return JKR
-    parameter = np.nan if pair.menisci else _tabor_parameter(specimen)
-    return automatic_law(parameter, yields=pair.yields, humid=pair.menisci is not None)
-
-
-def switching_tabor(specimen: Specimen) -> float:
-    """Return Tabor's parameter by which "auto" chooses the law, where a factor of 2 changes the law; else NaN."""
-    pair = specimen.pair
-    if pair.menisci is not None or pair.yields or not pair.solid_work > 0:
-        return np.nan
+        return name, np.nan
+    if pair.menisci is not None or pair.yields:
+        return EXPONENTIAL, np.nan
+    if not pair.solid_work > 0:
+        return JKR, np.nan
     parameter = _tabor_parameter(specimen)
-    return parameter if SHORT_RANGE / 2 <= parameter <= 2 * SHORT_RANGE else np.nan
+    return automatic_law(parameter), parameter
+
+
+def changes_the_law(tabor: float) -> bool:
+    """Return whether a factor of 2 in Tabor's parameter, by which "auto" chose the law, changes it."""
+    return SHORT_RANGE / 2 <= tabor <= 2 * SHORT_RANGE
 
 
 def pair_law(pair: Pair, law: str) -> dict[str, Any]:

@@ -76,11 +76,12 @@ def seconds_on_cells(problem: Problem, adhesion: Adhesion) -> float:
     return _SECONDS_ON_CELLS * np.sqrt(area) / side
 
 
-def with_front(problem: Problem, adhesion: Adhesion, *, is_automatic: bool, fields: bool) -> Adhesion:
+def with_front(problem: Problem, adhesion: Adhesion, *, fields: bool) -> Adhesion:
     """Return the solution by the front where "auto" takes it; raise if it is requested for what it does not solve."""
     obstacle = _obstacle(problem, adhesion, fields)
     if adhesion.by_front and obstacle:
         raise Refusal("mesh='front'", "a sphere on half spaces, law='jkr' and a preload", obstacle, "take mesh='auto'")
+    is_automatic = np.isfinite(adhesion.tabor) and not (adhesion.refine or adhesion.by_front)
     if not is_automatic or obstacle or (seconds := seconds_on_cells(problem, adhesion)) < _AFFORDABLE:
         return adhesion
     accuracy = float(np.nan_to_num(adhesion.accuracy, nan=_ACCURACY))  # of the places on cells

@@ -45,6 +45,7 @@ class AdhesionLaw(NamedTuple):
     adheres: bool = True
     has_closest_approach: bool = False  # its length is the closest approach, and not the range
     has_hamaker_tail: bool = False  # at large gaps it attracts as Hamaker's constant states, and is cut off there
+    formulations: tuple[str, ...] = ()  # of elliptic asperities, that its sums take
 
     @property
     def has_range(self) -> bool:
@@ -73,6 +74,7 @@ ADHESION_LAWS = {
         ("adhesive", "superpose", "pull_off_map", "fit_curve"),
         ("griffith", "johnson_kendall_roberts"),
         has_edge=True,
+        formulations=("energy", "published", "self_similar"),
     ),
     DUGDALE: AdhesionLaw(
         "a constant tension up to a gap, by Dugdale and Maugis",
@@ -81,6 +83,7 @@ ADHESION_LAWS = {
         length="the largest attracting gap; of asperities and fitted curves z₀, 1.03 times that gap",
         largest_cell=0.1875,
         has_edge=True,
+        formulations=("energy", "self_similar"),
     ),
     LENNARD_JONES: AdhesionLaw(
         "the 9-3 potential of two half spaces",
@@ -103,7 +106,7 @@ ADHESION_LAWS = {
         ("derjaguin_muller_toporov",),
         length="z₀, for Tabor's parameter only",
     ),
-    HERTZ: AdhesionLaw("no adhesion", ("superpose",), adheres=False),
+    HERTZ: AdhesionLaw("no adhesion", ("superpose",), adheres=False, formulations=("energy", "published")),
 }
 
 _NAMES = {synonym: name for name, row in ADHESION_LAWS.items() for synonym in (name, *row.synonyms)}
