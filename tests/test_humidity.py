@@ -545,7 +545,7 @@ def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
 
 
 def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
-    with pytest.raises(ValueError, match="a flow of water: expected a dry pair"):
+    with pytest.raises(ValueError, match="flow: expected a dry pair in a liquid"):
         roughxr.run(humid, tmp_path / "refused.nc", flow="water")
     held = solved_moments(humid, (2, 1), directions=4)
     groups = dict.fromkeys(report.DETACHMENT, held) | {"scan": humid}

@@ -32,7 +32,7 @@ from roughxr.application.wording import _entries, _Sentences, table_of_words
 from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
 from roughxr.mechanics.particles.removal import strength_quantile
 from roughxr.mechanics.specimen import specimen_of
-from roughxr.mechanics.statistics import means
+from roughxr.mechanics.statistics import means, sampling
 from roughxr.mechanics.statistics.sampling import weighted_by_landing_share
 from roughxr.mechanics.vocabulary import numbers, schema
 from roughxr.mechanics.vocabulary.error_sources import UNSEEN
@@ -697,7 +697,7 @@ def test_a_sentence_is_printed_if_its_values_are_known():
 @pytest.mark.parametrize(
     ("file", "modules"),
     [
-        ("answer.toml", (application.headline, means, application.report.summary)),
+        ("answer.toml", (application.headline, means, sampling, application.report.summary)),
         ("cautions.toml", (application.report.caveats,)),
         ("notes.toml", (application.report.report_page, application.report.detachment)),
     ],

@@ -39,7 +39,7 @@ def test_intervals_of_weak_pulls_contain_their_mean(weak):
     assert mean.low < pulls.mean() < mean.high and mean.likelihood_low < pulls.mean() < mean.likelihood_high
     assert float(mean.estimate) == pytest.approx(pulls.mean(), rel=0.2)
     assert float(measured.pull_off_force.mean()) > 1.5 * pulls.mean()
-    assert "Weibull" in mean.attrs["law"] and "of 64 below" in mean.attrs["limits"]
+    assert "Weibull" in mean.attrs["law"] and mean.attrs["limits_below"] > 30
 
 
 def test_a_likelihood_with_censoring_covers_the_mean():
@@ -138,7 +138,7 @@ def test_compared_ratios_contain_the_true_one_with_limits(weak):
     predicted = xr.Dataset({"pull_off_force": ("subregion", 2 * pulls, {"units": "nN"})})
     compared = roughxr.compare(predicted, measured, statistics=["mean", "q50"])
     assert (compared.ratio_low < 0.5).all() and (compared.ratio_high > 0.5).all()
-    assert compared.distribution_distance < 0.5 and "of 64 below" in compared.attrs["measured_limits"]
+    assert compared.distribution_distance < 0.5 and compared.attrs["measured_limits_below"] > 30
     same = roughxr.compare(predicted.assign(pull_off_force=predicted.pull_off_force / 2), measured, statistics=["mean"])
     assert same.distribution_distance < 0.1 and same.distribution_p_value > 0.5
     only_limits = with_limits(pulls, 1000.0)

@@ -8,9 +8,9 @@ import xarray as xr
 
 from ..mechanics.bodies.pair_record import read_pair
 from ..mechanics.particles.adhesion_parameters import parameters
-from ..mechanics.particles.force_balance import refuse_varied, scope_words
+from ..mechanics.particles.force_balance import refuse_varied
 from ..mechanics.statistics import cdf, reduction, smooth_pull_off
-from ..mechanics.statistics.sampling import place_numbers, shares, standard_deviation, weighted_by_landing_share
+from ..mechanics.statistics.sampling import SHARE, place_numbers, shares, standard_deviation, weighted_by_landing_share
 from ..mechanics.vocabulary import schema
 from ..mechanics.vocabulary.refusal import Refusal
 from ..mechanics.vocabulary.units import Quantity, fraction, positive, whole_number
@@ -117,12 +117,13 @@ def _header(ds: xr.Dataset, force: xr.DataArray) -> list[str]:
     misfit = float(law.adhesion_law_distance)
     mean = float(law.adhesion_mean)
     spread = float(law.adhesion_spread)
+    surface = ds.attrs.get("surface", "the surface as the scan shows it: finer roughness lowers adhesion")
     return [
         f"adhesion of a sphere of {radius:.4g} m on a rough wall, from {places_in_words(ds)}",
         f"pull-off force: mean {mean_force:.5g} N, standard deviation {deviation:.3g} N over places",
         f"over the smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean {mean:.4g}, spread",
         f"{spread:.4g}, which differs from the cumulative distribution over places by up to {misfit:.2g}",
-        scope_words(ds),
+        f"places {'of rest' if SHARE in ds.coords else 'where particles land, without settling'}; {surface}",
     ]
 
 

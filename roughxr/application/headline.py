@@ -19,6 +19,7 @@ from ..mechanics.statistics.means import (
     scalar_values,
     with_units,
 )
+from ..mechanics.statistics.sampling import LIMITS
 from ..mechanics.statistics.uncertainty import FEWEST_SAMPLES, missed_share
 from ..mechanics.vocabulary import schema
 from ..mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, SHORT_RANGE
@@ -181,17 +182,19 @@ def answer_lines(summary: xr.Dataset) -> list[str]:
 def _mean(summary: xr.Dataset, values: Mapping[str, float]) -> dict[str, Any]:
     """Return the mean with its interval as text, and what it is known by."""
     mean, low, high = (values[name] for name in ("pull_off_force", "low", "high"))
+    is_limited = not set(LIMITS).isdisjoint(summary.attrs)
     record: dict[str, Any] = {
         "synthetic": schema.is_synthetic(summary),
         "humidity": summary.coords.get("humidity"),
         "bounded": np.isfinite(high - low),
+        "is_limited": is_limited,
     }
-    if np.isfinite(low) and ("limits" in summary.attrs or np.isnan(mean)):
+    if np.isfinite(low) and (is_limited or np.isnan(mean)):
         record["bounds"] = bounds_in_words(low, high)
     elif np.isfinite(low):
         record["mean"], ends = value_and_interval(mean, low, high)
         record["ends"] = ends + ", too few values" * is_too_wide(low, high)
-    if "limits" in summary.attrs and np.isfinite(mean):
+    if is_limited and np.isfinite(mean):
         record["likelihood"] = with_interval(mean, values["likelihood_low"], values["likelihood_high"])
     if np.isfinite(values["pressed_low"]):
         record["pressed_bounds"] = bounds_in_words(values["pressed_low"], values["pressed_high"])

@@ -22,7 +22,7 @@ from ...mechanics.particles.force_balance import (
     fluid_of,
     strength_of_places,
 )
-from ...mechanics.particles.loads import fluid_in_words, read_flow
+from ...mechanics.particles.loads import read_flow
 from ...mechanics.statistics.sampling import first_surface_of_each_place, weighted_by_landing_share
 from ...mechanics.vocabulary.numbers import format_number, format_percent, value_and_interval, with_interval
 from ...mechanics.vocabulary.refusal import Refusal
@@ -36,7 +36,7 @@ from ..figures.particle_figures import removed_share
 from ..figures.style import SMALL
 from ..report.detachment import turbulent_speed
 from ..report.run_numbers import METHOD_WORDS, critical_strength
-from ..report.summary import best_method, critical_flow, place_table, scan_label, with_few_digits
+from ..report.summary import best_method, critical_flow, fluid_in_words, place_table, scan_label, with_few_digits
 from . import words
 from .file_commands import save_picture
 

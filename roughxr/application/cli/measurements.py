@@ -35,7 +35,7 @@ from ..figures.curve_panels import MOST_CURVES, doubtful_curves
 from ..headline import best_estimate
 from ..report.summary import PLACES, with_few_digits
 from ..sentences import AS_SCANNED, comparison_sentence, fit_sentence
-from ..wording import names_in_words
+from ..wording import names_in_words, render_sentence
 from . import words
 from .file_commands import image_options, print_attributes, save_picture
 
@@ -119,13 +119,15 @@ def _draw_doubtful(ds: xr.Dataset, options: Namespace) -> None:
 
 def _print_statistics(table: xr.Dataset) -> None:
     """Print mean, standard deviation and quantiles of pull-off forces with their intervals."""
-    if "limits" not in table.attrs:
+    limits = render_sentence("answer.toml", "limits", {"places": table.attrs["samples"], **table.attrs})
+    if not limits:
         print("\npull-off force, nN, with its 95 % interval:")
         print(_with_intervals(table, {"estimate": ""}))
         return
     intervals = table.attrs.get("no_interval", "95 % intervals hold wherever these forces lie")
-    print(f"\nknown by limits: {table.attrs['limits']}; {intervals}")
-    print(f"law of the likelihood with censoring: {table.attrs['law']}")
+    print(f"\nknown by limits: {limits}; {intervals}")
+    law = table.attrs.get("law", "none: fewer than three forces are measured")
+    print(f"law of the likelihood with censoring: {law}")
     by_law = table.assign(low=table["likelihood_low"], high=table["likelihood_high"])
     shown = {"pull-off force": table, "by a likelihood with censoring": by_law}
     rows = {}

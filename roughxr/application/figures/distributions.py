@@ -15,15 +15,15 @@ from ...mechanics.statistics.laws import LAWS, fitted_law
 from ...mechanics.statistics.sampling import (
     counted_equally,
     density_units,
-    limits_in_words,
+    limit_attributes,
     map_samples,
     sample_bounds,
     sample_dimension,
 )
 from ...mechanics.statistics.uncertainty import density_intervals
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.numbers import format_quantity
 from ...mechanics.vocabulary.units import fraction
+from ..wording import render_sentence
 from .style import (
     BLACK,
     DASHED,
@@ -94,8 +94,7 @@ def distribution(
     bounds = sample_bounds(ds, name)
     bounds = bounds[:, np.isfinite(bounds[0])]
     values = bounds[np.isfinite(bounds)]
-    units = ds[name].attrs.get("units", "1")
-    limits = limits_in_words(bounds, lambda end: format_quantity(end, units, 2))
+    limits = render_sentence("answer.toml", "limits", {"places": bounds.shape[1], **limit_attributes(bounds)})
     own_count = f"{label} ({bounds.shape[1]})" if label else None
     legend_text = "; ".join(filter(None, [own_count, limits])) or None
     look = {"label": legend_text, **stroke(order)}

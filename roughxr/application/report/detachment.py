@@ -10,12 +10,11 @@ import xarray as xr
 
 from ...mechanics.particles import resuspension
 from ...mechanics.particles.force_balance import fluid_of, strength_of_places
-from ...mechanics.particles.loads import fluid_in_words
 from ...mechanics.statistics.sampling import weighted_by_landing_share
 from ...mechanics.vocabulary.refusal import Refusal
 from ..wording import render_sentences
 from .run_numbers import STABLE_CONTACTS, run_moments, unstable
-from .summary import DETACHMENT, RESTS, critical_flow
+from .summary import DETACHMENT, RESTS, critical_flow, fluid_in_words
 
 Run = Mapping[str, xr.Dataset]
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ...mechanics.contact.refinement import coarser_mesh_error
 from ...mechanics.particles.force_balance import fluid_of
-from ...mechanics.particles.loads import fluid_in_words
+from ...mechanics.particles.loads import FLOWS, Flow
 from ...mechanics.particles.removal import strength_quantile
 from ...mechanics.scans.plausibility import is_noise
 from ...mechanics.scans.regions import sides
@@ -123,6 +123,12 @@ def run_fluid(run: Run) -> str:
     """Return the fluid of a run's critical flow in words; empty without one."""
     critical = critical_flow(run)
     return fluid_in_words(fluid_of(critical)) if critical else ""
+
+
+def fluid_in_words(flow: Flow) -> str:
+    """Return the name of a fluid, or its density."""
+    names = [name for name, fluid in FLOWS.items() if fluid[:2] == flow[:2]]
+    return names[0] if names else f"a fluid of {flow.density:.4g} kg/m³"
 
 
 def _flow(run: Run) -> dict[str, float]:

@@ -13,7 +13,7 @@ import xarray as xr
 from ..statistics import cdf, reduction
 from ..statistics.sampling import standard_deviation, weighted_by_landing_share
 from ..vocabulary import schema
-from .force_balance import expect_moments, refuse_varied, scope_words
+from .force_balance import expect_moments, refuse_varied
 
 #: Reported quantiles over the places, and the suffixes of their names.
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
@@ -81,8 +81,7 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
         rows["rolling_friction_median"] = 0.5 * rows["lever_median"]
     if "lever_error" in ds:
         rows["lever_error_median"] = float(weighted_by_landing_share(ds["lever_error"]).quantile(0.5))
-    out = xr.Dataset(rows, coords=schema.pair_coordinates(ds), attrs={"comment": scope_words(ds)})
-    return schema.label(out)
+    return schema.label(xr.Dataset(rows, coords=schema.pair_coordinates(ds)))
 
 
 @schema.recorded

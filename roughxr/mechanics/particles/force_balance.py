@@ -25,13 +25,13 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.moments import weakest
-from ..statistics.sampling import SHARE, conditions
+from ..statistics.sampling import conditions
 from ..vocabulary import schema
 from ..vocabulary.numbers import format_percent
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Quantity, magnitude, positive
-from .loads import LOADS, Body, Flow, Load, Push, fluid_in_words, read_flow
+from .loads import LOADS, Body, Flow, Load, Push, read_flow
 
 Verb = TypeVar("Verb", bound=Callable[..., xr.Dataset])
 
@@ -162,7 +162,7 @@ def critical_load(
     by_pull_off = limit._replace(moment_error=pull_off_part(ds) * np.abs(limit.moment[0]))
     values["shared_load_error"] = _strength_error(kind, body, by_pull_off, strength)
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
-    out.attrs = {"cause": cause, "missing": _MISSING, "comment": scope_words(ds), **fluid_arguments(body)}
+    out.attrs = {"cause": cause, "missing": _MISSING, **dict(zip(_FLUID_ARGUMENTS, body.flow))}
     return schema.label(out)
 
 
@@ -205,13 +205,6 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     return schema.label(out)
 
 
-def scope_words(ds: xr.Dataset) -> str:
-    """Return the scope of a result's places, in words."""
-    where = "of rest" if SHARE in ds.coords else "where particles land, without settling"
-    as_scanned = "the surface as the scan shows it: finer roughness lowers adhesion"
-    return f"places {where}; {ds.attrs.get('surface', as_scanned)}"
-
-
 def refuse_varied(ds: xr.Dataset):
     """Raise if a pull-off has several conditions, with advice on how to select one."""
     force = ds["pull_off_force"] if "pull_off_force" in ds else xr.DataArray()
@@ -225,8 +218,8 @@ def read_body(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     fluid = read_flow(flow)
     if schema.is_humid(ds) and fluid.density > DENSEST_GAS:
         raise Refusal(
-            f"a flow of {fluid_in_words(fluid)}",
-            "a dry pair",
+            "flow",
+            "a dry pair in a liquid",
             f"one at {format_percent(ds['humidity'])} relative humidity",
             "leave out the humidity, and give the medium, or the work of adhesion under it",
         )
@@ -238,11 +231,6 @@ _FLUID_ARGUMENTS = ("medium_density", "viscosity", "lift", "gravity")
 
 #: Density (kg/m³) above which a fluid is a liquid, in which no menisci condense.
 DENSEST_GAS = 200.0
-
-
-def fluid_arguments(body: Body) -> dict[str, Any]:
-    """Return the fluid around a particle as attributes."""
-    return dict(zip(_FLUID_ARGUMENTS, body.flow))
 
 
 def read_resistance(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Resistance:

@@ -73,12 +73,6 @@ class Flow(NamedTuple):
 FLOWS = {"air": Flow(), "water": Flow(998.2, 1.004e-6)}
 
 
-def fluid_in_words(flow: Flow) -> str:
-    """Return the name of a fluid, or its density."""
-    names = [name for name, fluid in FLOWS.items() if fluid[:2] == flow[:2]]
-    return names[0] if names else f"a fluid of {flow.density:.4g} kg/m³"
-
-
 class Body(NamedTuple):
     """The particle, and the fluid around it."""
 

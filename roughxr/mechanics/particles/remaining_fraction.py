@@ -21,7 +21,6 @@ from .force_balance import (
     read_body,
     read_resistance,
     rolls_off,
-    scope_words,
 )
 from .kinetics import not_negative, survival
 from .loads import LOADS, Body, Flow
@@ -103,7 +102,7 @@ def resuspension(
         if_pull_offs_err = [at_place.copy(data=remains(_scaled(limit, factor))) for factor in (1 / growth, growth)]
     out = _with_band(out, if_pull_offs_err, int(limit.known.sum()))
     out.attrs = {"confidence": _CONFIDENCE, "places": int(limit.known.sum())}
-    out.attrs |= {"missing": "NaN where nothing is in contact or the sphere does not rest", "comment": scope_words(ds)}
+    out.attrs["missing"] = "NaN where nothing is in contact or the sphere does not rest"
     return schema.label(out)
 
 

@@ -9,10 +9,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import format_quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import carries_units, plain
-from .sampling import Samples, density_units, limits_in_words, other_dimensions, samples
+from .sampling import Samples, density_units, limit_attributes, other_dimensions, samples
 
 
 def pdf(
@@ -39,7 +38,8 @@ def pdf(
         with the same bins, with the coordinate ``cdf``; the attributes contain ``bin_rule``, ``bin_edges`` and the
         numbers of all ``samples`` and of ``missing`` ones. A pull-off force that is known to lie below a limit counts
         with equal density from 0 to the limit. One that is known to lie above a limit is in no bin: the density then
-        integrates to the share of the others. The attribute ``limits`` counts both.
+        integrates to the share of the others. The attributes ``limits_below`` and
+        ``limits_above`` count both, ``largest_limit`` and ``least_limit`` (nN) are their ends.
         ``.to_dataset()`` makes ``pdf`` and ``cdf`` variables of one Dataset.
 
     Raises
@@ -77,13 +77,7 @@ def pdf(
     out.attrs = {"units": density_units(units), "long_name": "probability density", "method": "histogram"}
     out.attrs |= {"bin_rule": bins if isinstance(bins, str) else "given", "bin_edges": edges}
     out.attrs |= {"samples": sample.values.size, "missing": sample.missing}
-    return out.assign_attrs(_limits(sample, units))
-
-
-def _limits(sample: Samples, units: str) -> dict[str, str]:
-    """Return an attribute that counts the samples that are limits, none if there are none."""
-    limits = limits_in_words(sample.bounds, lambda value: format_quantity(value, units))
-    return {"limits": limits} if limits else {}
+    return out.assign_attrs(limit_attributes(sample.bounds))
 
 
 def bin_shares(sample: Samples, edges: np.ndarray) -> tuple[np.ndarray, float]:
@@ -157,7 +151,7 @@ def cdf(ds: xr.Dataset, name: str = "pull_off_force") -> xr.DataArray:
     if sample.bounds is not None:
         out.coords["cdf_high"] = (name, shares_up_to(low, axis[1], sample.weights), schema.attributes("cdf_high"))
     out.attrs = {**schema.attributes("cdf"), "method": "empirical"}
-    out.attrs |= _limits(sample, ds[name].attrs.get("units", "1"))
+    out.attrs |= limit_attributes(sample.bounds)
     return out.assign_attrs(samples=sample.values.size, missing=sample.missing)
 
 

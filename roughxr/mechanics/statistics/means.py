@@ -12,6 +12,7 @@ from ..vocabulary.refusal import Refusal
 from ..vocabulary.table import SCALARS
 from .pull_off_events import pull_off, smooth_pull_off
 from .sampling import (
+    LIMITS,
     at_first_preload,
     conditions,
     refuse_conditions,
@@ -48,7 +49,7 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
         sampled = bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"])
     interval = {name: sampled[name].item() if name in sampled else np.nan for name in INTERVAL}
     mean = weighted_by_landing_share(force).mean().item()
-    limits = {name: sampled.attrs[name] for name in ("limits", "law") if "limits" in sampled.attrs}
+    limits = {name: sampled.attrs[name] for name in (*LIMITS, "law") if name in sampled.attrs}
     if limits:
         mean = sampled["estimate"].item()
     if adhering <= 1 and np.isnan(mean):

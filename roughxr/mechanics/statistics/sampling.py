@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +23,9 @@ SHARE = "landing_share"
 #: Variables with the limits of the pull-off forces that are known by them alone.
 AT_MOST = "pull_off_at_most"
 AT_LEAST = "pull_off_at_least"
+
+#: Attributes of a result: numbers of samples below and above a limit, the largest upper and the least lower limit (nN).
+LIMITS = ("limits_below", "largest_limit", "limits_above", "least_limit")
 
 #: Smallest force that is detected: for a likelihood, a force below its limit is censored there, since limits above it
 #: would count forces that are known twice.
@@ -101,18 +103,18 @@ def sample_bounds(ds: xr.Dataset, name: str) -> np.ndarray:
     return bounds
 
 
-def limits_in_words(bounds: np.ndarray | None, unit_text: Callable[[float], str]) -> str:
-    """Return how many samples are limits, and below or above which value; empty if all values are known."""
+def limit_attributes(bounds: np.ndarray | None) -> dict[str, float]:
+    """Return the `LIMITS` of samples, those that there are: empty if all values are known."""
     if bounds is None:
-        return ""
+        return {}
     is_open = np.isinf(bounds[1])
     is_below = (bounds[0] < bounds[1]) & ~is_open
-    parts = []
+    attributes: dict[str, float] = {}
     if is_below.any():
-        parts.append(f"{is_below.sum()} of {is_below.size} below {unit_text(float(bounds[1][is_below].max()))}")
+        attributes |= {"limits_below": int(is_below.sum()), "largest_limit": float(bounds[1][is_below].max())}
     if is_open.any():
-        parts.append(f"{is_open.sum()} of {is_open.size} above {unit_text(float(bounds[0][is_open].min()))}")
-    return ", ".join(parts)
+        attributes |= {"limits_above": int(is_open.sum()), "least_limit": float(bounds[0][is_open].min())}
+    return attributes
 
 
 def at_first_preload(ds: Any) -> Any:

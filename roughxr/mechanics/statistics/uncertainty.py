@@ -22,7 +22,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import format_number, format_quantity
+from ..vocabulary.numbers import format_number
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import fraction
 from .censoring import (
@@ -39,7 +39,7 @@ from .places import independent_places
 from .pull_off_events import smooth_pull_off
 from .sampling import (
     Samples,
-    limits_in_words,
+    limit_attributes,
     map_samples,
     other_dimensions,
     sample_dimension,
@@ -111,7 +111,8 @@ def bootstrap(
         Pull-off forces may be known by limits, ``pull_off_at_most`` or ``pull_off_at_least`` of `curves_pull_off`. Then
         ``low`` and ``high`` hold wherever each lies between 0 and its limit. ``estimate`` is that of a likelihood with
         censoring, with the interval ``likelihood_low`` … ``likelihood_high``; NaN if fewer than three forces are
-        measured. The attribute ``law`` names the law of the likelihood, ``limits`` counts the limits.
+        measured. The attribute ``law`` names the law of the likelihood, if there is one; ``limits_below`` and
+        ``limits_above`` count the limits, ``largest_limit`` and ``least_limit`` (nN) are their ends.
 
     Raises
     ------
@@ -187,7 +188,7 @@ def bootstrap(
     if likelihood is not None:
         if is_too_few:
             likelihood.values[1:] = np.nan
-        out = _with_likelihood(out, likelihood, sample, ds[name].attrs.get("units", "1"))
+        out = _with_likelihood(out, likelihood, sample)
     described = {"variable": name, "confidence": confidence, "samples": sample.values.size}
     out = _named_ends(out, ds[name], units).assign_attrs(described | out.attrs | {"missing": sample.missing})
     if is_too_few:
@@ -238,12 +239,12 @@ def _ends(
     return ends
 
 
-def _with_likelihood(out: xr.Dataset, likelihood: CensoredEstimates, sample: Samples, units: str) -> xr.Dataset:
-    """Return statistics with their intervals by a likelihood with censoring, and its limits and law in words."""
+def _with_likelihood(out: xr.Dataset, likelihood: CensoredEstimates, sample: Samples) -> xr.Dataset:
+    """Return statistics with their intervals by a likelihood with censoring, its limits and its law."""
     _, low, high = likelihood.values
     out = out.assign(likelihood_low=("statistic", low), likelihood_high=("statistic", high))
-    limits = limits_in_words(sample.bounds, lambda value: format_quantity(value, units))
-    return out.assign_attrs(limits=limits, law=likelihood.law or "none: fewer than three forces are measured")
+    law = {"law": likelihood.law} if likelihood.law else {}
+    return out.assign_attrs(limit_attributes(sample.bounds) | law)
 
 
 def missed_share(independent: float, risk: float = 0.05) -> float:

@@ -16,7 +16,7 @@ from ..statistics.places import independent_places
 from ..statistics.sampling import (
     SHARE,
     Samples,
-    limits_in_words,
+    limit_attributes,
     refuse_conditions,
     samples,
     with_limits,
@@ -24,7 +24,6 @@ from ..statistics.sampling import (
 )
 from ..vocabulary import schema
 from ..vocabulary.error_sources import HALF_WIDTH
-from ..vocabulary.numbers import format_quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 from ..vocabulary.units import single
@@ -135,7 +134,7 @@ def compare(
             out[f"{name}_quantile"] = ("probability", np.where(low == high, low, np.nan))
             out[f"{name}_quantile_low"] = ("probability", low)
             out[f"{name}_quantile_high"] = ("probability", high)
-            out.attrs[f"{name}_limits"] = limits_in_words(forces.bounds, format_quantity)
+            out.attrs |= {f"{name}_{key}": value for key, value in limit_attributes(forces.bounds).items()}
     out = schema.label(out.assign_coords(probability=_LEVELS).assign(_distribution_test(*both)))
     for name in ("predicted", "measured"):
         for end in ("", "_low", "_high"):

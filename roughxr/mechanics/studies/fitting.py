@@ -14,11 +14,10 @@ from ..asperity.pull_off_maps import pull_off_map
 from ..bodies.layer import stiffened
 from ..bodies.pair_record import read_pair
 from ..contact.adhesion import adhesive
-from ..statistics.sampling import Samples, limits_in_words, refuse_conditions, samples
+from ..statistics.sampling import Samples, limit_attributes, refuse_conditions, samples
 from ..vocabulary import schema
 from ..vocabulary.calls import check_call
 from ..vocabulary.error_sources import UNSEEN
-from ..vocabulary.numbers import format_quantity
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, fraction, single
@@ -138,7 +137,7 @@ def fit_pair(
     out.attrs["measured_from"] = str(measured.attrs.get("source_file", ""))
     out.attrs["missing"] = "NaN where the work of adhesion is beyond the values solved"
     if forces.bounds is not None:
-        out.attrs["limits"] = limits_in_words(forces.bounds, format_quantity)
+        out.attrs |= limit_attributes(forces.bounds)
         out.attrs["law_of_measured"] = "log-normal, with censoring"
     if fitted.left_out:
         out.attrs["left_out"] = list(fitted.left_out)
