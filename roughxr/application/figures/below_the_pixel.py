@@ -44,4 +44,4 @@ def force_over_pixel(ds: xr.Dataset, *, ax: Axes | None = None):
     log_ticks(ax.yaxis)
     label_axis(ax.yaxis, "pull_off_force")
     ax.set_xlabel("pixel size [nm]")
-    return legend(ax, loc="best")
+    return legend(ax)

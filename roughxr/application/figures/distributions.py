@@ -28,7 +28,7 @@ from .style import (
     BLACK,
     DASHED,
     GREY,
-    SMALL,
+    ROW,
     Axes,
     Panels,
     axes,
@@ -54,11 +54,10 @@ def distribution(
     name: str = "pull_off_force",
     *,
     laws: Sequence[str] | xr.Dataset = (),
-    bins: int | str | ArrayLike = "auto",
+    bins: int | str | ArrayLike | None = "auto",
     interval: float | None = 0.95,
     label: str | None = None,
     order: int = 0,
-    fewest: int = FEWEST_SAMPLES,
     ax: Axes | None = None,
 ):
     """Draw a histogram of a variable as a probability density, the mean above it; of few samples the steps of each.
@@ -70,14 +69,13 @@ def distribution(
     laws : sequence of str or Dataset
         Names of laws to fit, such as ``statistics.LAWS``, or a result of `statistics.fit`: they are drawn in the order
         of their AIC, with the interval of each bar. All places count equally then, as in the fit.
-    bins : int, str or array
-        As for `statistics.pdf`; at most 48 by a rule. By default fewer samples than ``fewest`` are drawn without bins.
+    bins : int, str or array, optional
+        As for `statistics.pdf`; at most 48 by a rule. None, and by default for fewer than ten samples, for the share of
+        samples below each value.
     interval : float, optional
         Confidence level of the intervals of mean and bars, by bootstrap; None for no interval.
     label, order
         Label in the legend, and index of the line style where several distributions share the Axes.
-    fewest : int
-        Smallest number of samples that are drawn as a density if no ``bins`` are stated.
 
     Examples
     --------
@@ -94,28 +92,26 @@ def distribution(
     bounds = sample_bounds(ds, name)
     bounds = bounds[:, np.isfinite(bounds[0])]
     values = bounds[np.isfinite(bounds)]
-    limits = render_sentence("answer.toml", "limits", {"places": bounds.shape[1], **limit_attributes(bounds)})
-    own_count = f"{label} ({bounds.shape[1]})" if label else None
-    legend_text = "; ".join(filter(None, [own_count, limits])) or None
+    count = bounds.shape[1]
+    limits = render_sentence("answer.toml", "limits", {"places": count, **limit_attributes(bounds)})
+    legend_text = "; ".join(filter(None, [label and f"{label} ({count})", limits])) or None
     look = {"label": legend_text, **stroke(order)}
-    interval = interval if interval is None else fraction(interval, "interval")
-    if interval is not None and values.size > 1:
-        counted = "mean" if label else f"mean of {bounds.shape[1]}"
-        _mean_with_interval(ax, ds, name, interval, counted=counted, order=order)
-    if bounds.shape[1] < fewest and isinstance(bins, str) and bins == "auto":
+    if isinstance(bins, str):
+        bins = None if bins == "auto" and count < FEWEST_SAMPLES else _edges_by_rule(values, bins)
+    if bins is None:
         _steps(ax, bounds, look)
         label_axis(ax.xaxis, name)
+    else:
+        edges = _bars(ax, ds, name, bins, look)
+        if len(laws):
+            _laws(ax, ds, name, values, edges, laws, interval)
+        label_density(ax, name)
+        ax.set_ylim(bottom=0)
+    if interval is None or values.size < 2:
         return legend(ax)
-    if isinstance(bins, str):
-        bins = _edges_by_rule(values, bins)
-    edges = _bars(ax, ds, name, bins, look)
-    if len(laws):
-        _laws(ax, ds, name, values, edges, laws, interval)
-    label_density(ax, name)
-    entries = len(ax.get_legend_handles_labels()[1])
-    # share of the vertical axis that one line of a legend takes
-    ax.set_ylim(0, ax.dataLim.y1 * (1.05 + 0.13 * entries))  # room for the legend above the bars
-    return legend(ax, loc="upper right")
+    confidence = fraction(interval, "interval")
+    _mean_with_interval(ax, ds, name, confidence, counted="mean" if label else f"mean of {count}", order=order)
+    return legend(ax, rows=order + 1)
 
 
 def _steps(ax, bounds: np.ndarray, look: dict[str, Any]) -> None:
@@ -156,13 +152,11 @@ def _edges_by_rule(values: np.ndarray, rule: str) -> np.ndarray:
 
 
 def draw_mean(ax, mean: float, low: float, high: float, *, row: int, color: str, label: str | None = None):
-    """Draw a mean and its interval along the upper edge, one row for each distribution."""
+    """Draw a mean and its interval above the Axes, one row for each distribution."""
     high = np.nan if np.isinf(high) else high
-    height = 1.03 + 0.05 * row
-    style = {"color": color, "transform": ax.get_xaxis_transform(), "clip_on": False}
-    ax.plot([low, high], [height, height], linewidth=1.6, solid_capstyle="butt", **style)
-    ax.plot([low, mean, high], [height] * 3, linestyle="none", marker="|", markersize=4, **style)
-    ax.plot([mean], [height], marker="o", markersize=3, linewidth=1.6, label=label, **style)
+    style = {"color": color, "transform": ax.get_xaxis_transform(), "clip_on": False, "capsize": 2}
+    error = [[mean - low], [high - mean]]
+    ax.errorbar([mean], [1 + ROW * (row + 0.6)], xerr=error, fmt="o", markersize=3, label=label, **style)
 
 
 def _laws(ax, ds: xr.Dataset, name: str, values, edges, laws: Sequence[str] | xr.Dataset, interval: float | None):
@@ -210,10 +204,10 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
     catalogue = schema.validate(catalogue, "asperities")
     heights, anisotropy, ratio, orientation = made = panels(ax, 2, 2, aspect=0.95)
     distribution(catalogue, "height", ax=heights, interval=None)
-    heights.set_yscale("log" if catalogue.sizes["asperity"] >= FEWEST_SAMPLES else "linear")
-    heights.relim()
-    heights.autoscale(axis="y")
-    label_density(heights, "height")
+    if catalogue.sizes["asperity"] >= FEWEST_SAMPLES:
+        heights.set_yscale("log")
+        heights.autoscale(axis="y")
+        label_density(heights, "height")
     peaks = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
     peaks = peaks.assign(ln_ratio=np.log(peaks["curvature_max"] / peaks["curvature_min"]))
     largest_ratio = float(peaks["ln_ratio"].quantile(0.99)) or 1.0
@@ -221,9 +215,9 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
     anisotropy.set(xlim=(0, largest_ratio), xlabel="ln(B/A) of the curvatures")
     distribution(peaks, "axis_ratio", ax=ratio, interval=None)
     mean = float(peaks["axis_ratio"].mean())
-    ratio.axvline(mean, color=BLACK, linewidth=0.8, linestyle=":")
-    ratio.set(xlim=(0, 1), ylim=(0, 1.2 * ratio.get_ylim()[1]), xlabel="axis ratio b/a")
-    ratio.text(mean + 0.03, 0.98 * ratio.get_ylim()[1], f"mean {mean:.2f}", va="top", fontsize=SMALL)
+    ratio.axvline(mean, color=BLACK, linewidth=0.8, linestyle=":", label=f"mean {mean:.2f}")
+    ratio.set(xlim=(0, 1), xlabel="axis ratio b/a")
+    legend(ratio)
     _orientations(orientation, peaks)
     for axis in (axis for panel in made for axis in (panel.xaxis, panel.yaxis)):
         axis.set_label_text("\n".join(textwrap.wrap(axis.get_label_text(), 21)))
@@ -238,8 +232,7 @@ def _orientations(ax, peaks: xr.Dataset):
     ax.axhspan(max(1 - spread, 0) / np.pi, (1 + spread) / np.pi, color=BLACK, alpha=0.15, linewidth=0)
     ax.axhline(1 / np.pi, color=BLACK, linewidth=0.8, linestyle=DASHED, label="uniform")
     ax.set_xticks(np.pi * np.array([-0.5, 0, 0.5]), ["−π/2", "0", "π/2"])
-    ax.set_ylim(0, 1.35 * ax.get_ylim()[1])
-    legend(ax, loc="upper right")
+    legend(ax)
 
 
 def label_density(ax, name: str):

@@ -33,11 +33,10 @@ def predicted_and_measured(
     """
     distributions, right = made = panels(ax, 1, 2, aspect=0.4, width=PAGE)
     forces = {"predicted": predicted, "measured": measured}
-    alike = {"fewest": FEWEST_SAMPLES}
-    if any(np.isfinite(sample_bounds(ds, "pull_off_force")[0]).sum() < FEWEST_SAMPLES for ds in forces.values()):
-        alike["fewest"] = 1 + max(ds["pull_off_force"].size for ds in forces.values())
+    counts = [np.isfinite(sample_bounds(ds, "pull_off_force")[0]).sum() for ds in forces.values()]
+    bins = "auto" if min(counts) >= FEWEST_SAMPLES else None
     for order, (label, ds) in enumerate(forces.items()):
-        distribution(ds, "pull_off_force", ax=distributions, label=label, order=order, **alike)
+        distribution(ds, "pull_off_force", ax=distributions, label=label, order=order, bins=bins)
     compared = compare(predicted, measured) if comparison is None else comparison
     best = estimated_mean(compared)
     if best is not None:
@@ -45,7 +44,7 @@ def predicted_and_measured(
         draw_mean(distributions, *best, row=len(forces), color=BLACK, label=label)
         # the interval may lie beyond all samples
         distributions.autoscale(axis="x")
-        legend(distributions, loc="upper right")
+        legend(distributions, rows=len(forces) + 1)
     quantiles(compared, ax=right)
     return made
 
@@ -77,10 +76,7 @@ def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
     ax.plot(*at, color=BLUE, marker="o", markersize=4.0, linewidth=0, label="5, 50, 95 % quantiles")
     label_axis(ax.xaxis, "predicted_quantile")
     label_axis(ax.yaxis, "measured_quantile")
-    above = float(np.median(low + np.minimum(high, ends[1])) / 2) > float(
-        np.median(predicted)
-    )  # the points lie above the line, or below it
-    return legend(ax, loc="lower right" if above else "upper left")
+    return legend(ax)
 
 
 def _line_of_equal_forces(ax: Axes, ds: xr.Dataset, ends: np.ndarray) -> None:

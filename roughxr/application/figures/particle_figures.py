@@ -113,7 +113,7 @@ def removed_share(criticals: Mapping[str, xr.Dataset], *, ax: Axes | None = None
         ax.set_xlim(left=least_positive / 1.5)
         log_ticks(ax.xaxis)
     ax.set(ylim=(0, 1.05), ylabel="share removed")
-    return legend(ax, loc="lower right")
+    return legend(ax)
 
 
 @styled
@@ -151,4 +151,4 @@ def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
         log_ticks(ax.xaxis)
     ax.set_ylim(0, 1.05)
     ax.axhline(0.5, color=GREY, linewidth=0.5, zorder=0)
-    return legend(label_axes(ax, "friction_velocity", "remaining"), loc="best")
+    return legend(label_axes(ax, "friction_velocity", "remaining"))

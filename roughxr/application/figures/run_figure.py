@@ -93,6 +93,5 @@ def _draw_estimate(ax, mean: float, low: float, high: float, unit: str, size: fl
     """Draw the best estimate of the mean with its interval, near the lower edge."""
     ends = bounds_in_words(low / size, high / size, unit)
     text = f"best estimate of the mean, with finer\nroughness, {format_number(mean / size, unit, 2)} ({ends})"
-    style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
-    ax.plot([low, high], [0.04, 0.04], linewidth=1.2, **style)
-    ax.plot([mean], [0.04], marker="D", markersize=4, linewidth=1.2, label=text, **style)
+    style = {"fmt": "D", "color": BLACK, "transform": ax.get_xaxis_transform(), "zorder": 5}
+    ax.errorbar([mean], [0.04], xerr=[[mean - low], [high - mean]], label=text, **style)

@@ -54,6 +54,9 @@ SETTINGS: dict[Any, Any] = {
     "axes.grid": False,
     "lines.linewidth": 1.3,
     "lines.markersize": 4.0,
+    "boxplot.medianprops.color": "#222222",
+    "boxplot.meanprops.markerfacecolor": "#222222",
+    "boxplot.meanprops.markeredgecolor": "#222222",
     "legend.fontsize": SMALL,
     "legend.frameon": False,
     "legend.handlelength": 2.6,
@@ -76,6 +79,9 @@ STROKES = (
     {"color": PURPLE, "linestyle": (0, (1, 1.1))},
     {"color": BLACK, "linestyle": (0, (7, 1.5, 1, 1.5, 1, 1.5))},
 )
+
+#: Height of a row above the Axes, for a mean with its interval, over their height.
+ROW = 0.05
 
 #: Dashes (points) of lines that mark a value.
 DASHED = (0, (4, 2))
@@ -203,8 +209,15 @@ def label_axes(ax, x: str, y: str):
     return ax
 
 
-def legend(ax, **options: Any):
-    """Return the Axes with a legend of its labelled artists, if there are any."""
-    if ax.get_legend_handles_labels()[1]:
-        ax.legend(**options)
+def legend(ax, *, rows: float = 0.0, **options: Any):
+    """Return the Axes with a legend of its labelled artists above them, where it hides no data.
+
+    ``rows`` are those of `distributions.draw_mean` below the legend.
+    """
+    labels = ax.get_legend_handles_labels()[1]
+    if labels:
+        # largest number of characters of a label beside another one
+        columns = 2 if max(map(len, labels)) < 26 else 1
+        place = {"loc": "lower left", "bbox_to_anchor": (0, 1 + ROW * rows), "borderpad": 0, "columnspacing": 1.0}
+        ax.legend(ncols=columns, **place, **options)
     return ax

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -34,15 +34,12 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
         return _loop(ds, axes(ax))
     ds = _along_delta(ds)
     ax = axes(ax)
-    delta, force = ds["delta"].values, ds["force"].transpose("delta", "subregion")
-    bars = None
-    if ds.sizes["subregion"] == 1:
-        label = f"place {ds['subregion'].item()}"
-    else:
+    force = ds["force"].transpose("delta", "subregion")
+    label = f"place {ds['subregion'].values[0]}"
+    if ds.sizes["subregion"] > 1:
         label = "median"
         _places_and_bands(ax, force)
-        bars = _interval_bars(ax, ds, "q50", BLACK)
-    ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=label)
+    ax.plot(ds["delta"], force.median("subregion"), color=BLACK, linewidth=1.4, label=label)
     tension = float(-force.min("delta").median())  # of the median place
     if {"pull_off_force", "pull_off_delta"} <= set(ds) and bool(ds["pull_off_force"].notnull().any()):
         style: dict[str, Any] = {"color": VERMILION, "marker": "v", "markersize": 2.6, "linewidth": 0, "zorder": 3}
@@ -57,12 +54,7 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
     label_axes(ax, "delta", "force")
     if is_logarithmic:
         label_axis(ax.yaxis, "force", largest=tension)
-    _label_if_visible(ax, [bars], "95 % interval of the median")
-    if is_logarithmic:  # curves fill the axes
-        above = {"loc": "lower left", "bbox_to_anchor": (-0.15, 1), "ncols": 2}
-        return legend(ax, columnspacing=1.0, handlelength=1.8, **above)
-    background = {"frameon": True, "framealpha": 0.85, "edgecolor": "none"}  # curves of single places cross the legend
-    return legend(ax, loc="upper left", **background)
+    return legend(ax)
 
 
 def _places_and_bands(ax, force: xr.DataArray) -> None:
@@ -87,7 +79,7 @@ def _loop(ds: xr.Dataset, ax):
     ax.plot(delta, loading, color=BLACK, label="loading")
     ax.plot(delta, retraction, color=VERMILION, linestyle=(0, (4, 1.5)), label="retraction")
     _zero_line(ax, mean)
-    return legend(label_axes(ax, "delta", "force"), loc="upper left")
+    return legend(label_axes(ax, "delta", "force"))
 
 
 @styled
@@ -107,59 +99,48 @@ def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
     'displacement [nm]'
     """
     ax = axes(ax)
-    explained, forces = False, [0.0]
+    band_label: str | None = "68 % of places"
     intervals = []
     for order, (name, ds) in enumerate(solutions.items()):
         ds = _along_delta(ds)
-        look, delta, mean = stroke(order), ds["delta"].values, weighted_by_landing_share(ds["force"]).mean("subregion")
-        points: dict[str, Any] = {"marker": "os^D"[order % 4]} if delta.size <= 40 else {}
-        forces += [float(mean.min()), float(mean.max())]
-        ax.plot(delta, mean, label=name, markersize=2.6, **points, **look)
+        look = stroke(order)
+        delta = ds["delta"].values
+        force = weighted_by_landing_share(ds["force"])
+        mean = force.mean("subregion")
+        marker = "os^D"[order % 4] if delta.size <= 40 else None
+        ax.plot(delta, mean, label=name, marker=marker, markersize=2.6, **look)
+        _zero_line(ax, mean)
         if ds.sizes["subregion"] > 1:
-            band = weighted_by_landing_share(ds["force"]).quantile([0.16, 0.84], dim="subregion").values
-            forces += [float(np.nanmin(band)), float(np.nanmax(band))]
-            label = None if explained else "68 % of places"
-            ax.fill_between(delta, *band, color=look["color"], alpha=0.18, linewidth=0, label=label)
-            intervals.append(_interval_bars(ax, ds, "mean", look["color"]))
-            explained = True
+            band = force.quantile([0.16, 0.84], dim="subregion").values
+            ax.fill_between(delta, *band, color=look["color"], alpha=0.18, linewidth=0, label=band_label)
+            intervals.append((ds, look["color"]))
+            band_label = None
         elif float(mean.min()) < 0:
             lowest = int(mean.argmin("delta"))
             ax.plot(delta[lowest], mean[lowest], "v", color=look["color"], markersize=4.5, markeredgecolor="white")
-        _zero_line(ax, mean)
-    margin = 0.05 * float(np.ptp(forces))
-    if margin > 0:  # where few places touch, an interval can exceed all forces
-        ax.set_ylim(min(forces) - margin, max(forces) + margin)
-    _label_if_visible(ax, intervals, "95 % interval of the mean")
-    return legend(label_axes(ax, "delta", "force"), loc="upper left")
+    ax.set_ylim(ax.get_ylim())  # where few places touch, an interval can exceed all forces
+    interval_label: str | None = "95 % interval of the mean"
+    for ds, color in intervals:
+        if _interval_bars(ax, ds, color, interval_label):
+            interval_label = None
+    return legend(label_axes(ax, "delta", "force"))
 
 
-def _interval_bars(ax, ds: xr.Dataset, statistic: str, color: str):
-    """Draw 95 % intervals of a statistic of the force at some displacements; return them, or None."""
+def _interval_bars(ax, ds: xr.Dataset, color: str, label: str | None) -> bool:
+    """Draw 95 % intervals of the mean force at some displacements; return whether one is longer than a marker."""
     shown = ds.isel(delta=(ds["force"].notnull().sum("subregion") > 1).values)
     if not shown.sizes["delta"]:
-        return None
+        return False
     # largest number of displacements with an interval: more would hide the line
     shown = shown.isel(delta=slice(None, None, -(-shown.sizes["delta"] // 20)))
-    intervals = statistics.bootstrap(shown, "force", statistics=[statistic], resamples=399)
-    low, high = (intervals[end].sel(statistic=statistic).values for end in ("low", "high"))
-    if statistic == "q50":  # widened for dependent places, it may leave the range of all of them
-        force = shown["force"]
-        low = np.maximum(low, force.min("subregion").values)
-        high = np.minimum(high, force.max("subregion").values)
-    return ax.vlines(shown["delta"].values, low, high, color=color, linewidth=0.8)
-
-
-def _label_if_visible(ax, intervals: Sequence[Any], label: str) -> None:
-    """Name the first intervals that are longer than a marker, for the legend; call it after the axis' last change."""
+    mean = statistics.bootstrap(shown, "force", statistics=["mean"], resamples=399).isel(statistic=0)
     # smallest visible length of an interval, over the height of the Axes: a marker of 2.6 points
     visible = 2.6 / 72 * ax.figure.dpi / ax.bbox.height
-    to_axes = ax.transData + ax.transAxes.inverted()
-    for bars in intervals:
-        segments = [segment for segment in bars.get_segments() if len(segment)] if bars else []
-        lengths = [np.ptp(np.clip(to_axes.transform(segment)[:, 1], 0, 1)) for segment in segments]
-        if max(lengths, default=0.0) > visible:
-            bars.set_label(label)
-            return
+    low, high = (mean[end].clip(*ax.get_ylim()) for end in ("low", "high"))
+    is_visible = bool((high - low > visible * np.ptp(ax.get_ylim())).any())
+    look = {"color": color, "linewidth": 0.8, "label": label if is_visible else None}
+    ax.vlines(shown["delta"].values, mean["low"].values, mean["high"].values, **look)
+    return is_visible
 
 
 def _along_delta(ds: xr.Dataset) -> xr.Dataset:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from ...mechanics.vocabulary.error_sources import total_std
@@ -26,47 +27,41 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     >>> ax.get_yticklabels()[-1].get_text()
     'all of these'
     """
-    bars = _budget_bars(ds)
-    ax = axes(ax, aspect=0.16 + 0.058 * len(bars))
-    longest = 0.0
-    for row, (value, error, change, remaining, subtracted, color) in enumerate(bars.values()):
-        end = np.nan_to_num(value) + np.nan_to_num(error)
-        longest = max(longest, end)
-        if np.isfinite(value):
-            ax.barh(row, value, height=0.62, color=color, edgecolor="none")
-        if error > 0:
-            ax.plot([max(value - error, 0.0), end], [row, row], color=GREY, linewidth=1.2)
-        if remaining < value:
-            ax.plot([remaining], [row], "|", color=ORANGE, markersize=7, markeredgewidth=1.4, zorder=3)
-        label_text = _words(value, error, change, subtracted)
-        ax.annotate(label_text, (end, row), (3, 0), textcoords="offset points", va="center", fontsize=SMALL - 0.5)
-    if any(remaining < value for value, _, _, remaining, *_ in bars.values()):
-        ax.plot([], [], "|", color=ORANGE, markersize=7, markeredgewidth=1.4, label="after its remedy")
-        legend(ax, loc="lower right", bbox_to_anchor=(1, 1), borderpad=0)
-    ax.set_yticks(range(len(bars)), list(bars))
+    table = _entries(ds)
+    ax = axes(ax, aspect=0.16 + 0.058 * len(table))
+    rows = np.arange(len(table))
+    value = table["relative_std"]
+    error = table["standard_error"].fillna(0)
+    colors = [BLUE] * (len(table) - 1) + [BLACK]
+    ends = {"xerr": [np.minimum(value, error), error], "ecolor": GREY, "error_kw": {"elinewidth": 1.2}}
+    bars = ax.barh(rows, value.fillna(0), height=0.62, color=colors, **ends)
+    ax.bar_label(bars, [_words(*entry) for entry in table.values], padding=3, fontsize=SMALL - 0.5)
+    is_remedied = (table["remaining_std"] < value).values
+    if is_remedied.any():
+        mark = {"linestyle": "none", "markersize": 7, "markeredgewidth": 1.4, "label": "after its remedy"}
+        ax.plot(table["remaining_std"][is_remedied], rows[is_remedied], "|", color=ORANGE, **mark)
+    legend(ax)
+    ax.set_yticks(rows, table.index)
     label = "standard deviation of the mean pull-off force [%]"
-    ax.set(ylim=(len(bars) - 0.5, -0.5), xlim=(0, 1.4 * longest or 1.0), xlabel=label)
+    longest = float((value + error).max())
+    ax.set(ylim=(len(table) - 0.5, -0.5), xlim=(0, 1.4 * longest or 1.0), xlabel=label)
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
     return ax
 
 
-def _budget_bars(ds: xr.Dataset) -> dict[str, tuple]:
-    """Return error, its error, change and remaining error (%), if a bias, and colour of each entry, and of all."""
-    entry = ds["entry"].values
-    columns = [
-        100 * ds[name].values if name in ds else np.full(entry.size, np.nan)
-        for name in ("relative_std", "standard_error", "pull_off_change", "remaining_std")
-    ]
-    is_bias = ds["known_bias"].values if "known_bias" in ds else np.zeros(entry.size, bool)
-    bars: dict[str, tuple] = {str(name): (*row, BLUE) for name, *row in zip(entry, *columns, is_bias)}
+def _entries(ds: xr.Dataset) -> pd.DataFrame:
+    """Return error, its error, change and remaining error (%) of each entry and of all, and whether it is a bias."""
+    names = ["relative_std", "standard_error", "pull_off_change", "remaining_std"]
+    table = 100 * ds[[name for name in names if name in ds]].to_dataframe().reindex(columns=names).astype(float)
+    table["known_bias"] = ds["known_bias"].values if "known_bias" in ds else False
     total = float(ds["total_std"]) if "total_std" in ds else total_std(ds["relative_std"])
     standard_error = float(ds["total_standard_error"]) if "total_standard_error" in ds else np.nan
-    bars["all of these"] = (100 * total, 100 * standard_error, np.nan, np.nan, False, BLACK)
-    return bars
+    table.loc["all of these"] = [100 * total, 100 * standard_error, np.nan, np.nan, False]
+    return table
 
 
-def _words(value: float, error: float, change: float, is_bias: bool) -> str:
+def _words(value: float, error: float, change: float, _: float, is_bias: bool) -> str:
     """Return the label of an entry (%): its error with the sign of the change, standard error, and subtracted bias."""
     if not np.isfinite(value):
         return "not computed"

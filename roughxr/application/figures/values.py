@@ -40,8 +40,14 @@ _RESAMPLES = 399
 #: Cumulative probabilities between which fitted laws are drawn.
 _LAW_RANGE = 0.001, 0.999
 
-#: Markers of a summary, and their meaning.
-_MARKS = {"|": "median", "o": "mean", "x": "extremes"}
+#: Parts of matplotlib's box of a summary, and their meaning.
+_BOX_PARTS = {
+    "boxes": "middle half",
+    "medians": "median",
+    "means": "mean",
+    "whiskers": "5 to 95 %",
+    "fliers": "extremes",
+}
 
 #: Formulas and the names that readers know them by.
 FORMULAS = names_in_words("formula")
@@ -136,14 +142,9 @@ def estimates_over_parameter(ds: xr.Dataset, *, ax: Axes | None = None):
 
 
 def _draw_estimates(ax: Axes, x: np.ndarray, statistic: xr.Dataset, label: str, look: dict[str, Any]) -> None:
-    """Draw a statistic of `bootstrap` over a parameter, and its intervals as one line.
-
-    A legend avoids lines, as it does not avoid the collections of `vlines` and `errorbar`.
-    """
+    """Draw a statistic of `bootstrap` over a parameter, and its intervals."""
     ax.plot(x, statistic["estimate"], label=label, **look)
-    gaps = np.full(x.size, np.nan)
-    ends = np.column_stack([statistic["low"], statistic["high"], gaps]).ravel()
-    ax.plot(np.repeat(x, 3), ends, color=look["color"], linewidth=0.9)
+    ax.vlines(x, statistic["low"].values, statistic["high"].values, color=look["color"], linewidth=0.9)
 
 
 def _parameters(ds: xr.Dataset, name: str, sample: str | None) -> list[str]:
@@ -184,11 +185,12 @@ def _labelled(ax, parameter: xr.DataArray, name: str):
         ax.set_xticks(positions, map(str, parameter.values))
         label_axis(ax.yaxis, name)
         return ax
-    values = np.concatenate([line.get_ydata() for line in ax.lines]).astype(float)
-    for axis, shown, scale in ((ax.xaxis, positions, ax.set_xscale), (ax.yaxis, values, ax.set_yscale)):
-        if _is_wide(shown):
-            scale("log")
-            log_ticks(axis)
+    if _is_wide(positions):
+        ax.set_xscale("log")
+        log_ticks(ax.xaxis)
+    if _is_wide(ax.dataLim.intervaly):
+        ax.set_yscale("log")
+        log_ticks(ax.yaxis)
     return label_axes(ax, str(parameter.name), name)
 
 
@@ -228,7 +230,7 @@ def spectrum(ds: xr.Dataset, *, ax: Axes | None = None):
     label_axes(ax, "wavevector", "psd")
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_formatter(LogFormatterMathtext())
-    return legend(ax, loc="lower left")
+    return legend(ax)
 
 
 @styled
@@ -273,13 +275,11 @@ def quantile_box(ds: xr.Dataset, name: str = "", *, ax: Axes | None = None):
     value = {str(statistic): float(ds[name].sel(statistic=statistic)) for statistic in ds["statistic"].values}
     if not {"q5", "q25", "q50", "q75", "q95"} <= set(value):
         raise Refusal("", "the quantiles of 5, 25, 50, 75 and 95 %", advice="draw the samples: figures.distribution")
-    ax = axes(ax, aspect=0.4)
-    ax.barh(0, value["q75"] - value["q25"], left=value["q25"], height=0.5, color=BLUE, alpha=0.25, label="middle half")
-    ax.plot([value["q5"], value["q95"]], [0, 0], color=BLUE, linewidth=1.0, label="5 to 95 %", zorder=0)
-    for marker, names in {"|": ("q50",), "o": ("mean",), "x": ("min", "max")}.items():
-        shown = [value[statistic] for statistic in names]
-        ax.plot(shown, [0] * len(shown), marker, color=BLACK, label=_MARKS[marker])
-    ax.set_ylim(-0.6, 1.4)  # the legend above the box
-    ax.set_yticks([])
-    label_axis(ax.xaxis, name)
-    return legend(ax, loc="upper right", ncols=3, title=f"{value['count']:g} samples")
+    ax = axes(ax)
+    box = {"q1": value["q25"], "med": value["q50"], "q3": value["q75"], "whislo": value["q5"], "whishi": value["q95"]}
+    drawn = ax.bxp([box | {"mean": value["mean"], "fliers": [value["min"], value["max"]]}], showmeans=True)
+    for part, words in _BOX_PARTS.items():
+        drawn[part][0].set_label(words)
+    ax.set_xticks([])
+    label_axis(ax.yaxis, name)
+    return legend(ax, title=f"{value['count']:g} samples")

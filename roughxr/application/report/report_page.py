@@ -324,8 +324,7 @@ _FIGURES = (
         "Elastic force",
         ["solutions/direct"],
         lambda run: figures.sweep(run["solutions/direct"]),
-        "Direct simulation without adhesion: all places, their median with its 95 % interval, and bands that contain "
-        "half and 90 % of them.",
+        "Direct simulation without adhesion: all places, their median, and bands that contain half and 90 % of them.",
     ),
     _Figure(
         "Resisting moment by direction",
