@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -33,17 +35,22 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     value = table["relative_std"]
     error = table["standard_error"].fillna(0)
     colors = [BLUE] * (len(table) - 1) + [BLACK]
-    ends = {"xerr": [np.minimum(value, error), error], "ecolor": GREY, "error_kw": {"elinewidth": 1.2}}
+    ends: dict[str, Any] = {"xerr": [np.minimum(value, error), error], "ecolor": GREY, "error_kw": {"elinewidth": 1.2}}
     bars = ax.barh(rows, value.fillna(0), height=0.62, color=colors, **ends)
     ax.bar_label(bars, [_words(*entry) for entry in table.values], padding=3, fontsize=SMALL - 0.5)
     is_remedied = (table["remaining_std"] < value).values
     if is_remedied.any():
-        mark = {"linestyle": "none", "markersize": 7, "markeredgewidth": 1.4, "label": "after its remedy"}
+        mark: dict[str, Any] = {
+            "linestyle": "none",
+            "markersize": 7,
+            "markeredgewidth": 1.4,
+            "label": "after its remedy",
+        }
         ax.plot(table["remaining_std"][is_remedied], rows[is_remedied], "|", color=ORANGE, **mark)
     legend(ax)
     ax.set_yticks(rows, table.index)
     label = "standard deviation of the mean pull-off force [%]"
-    longest = float((value + error).max())
+    longest = float((value.fillna(0) + error).max())
     ax.set(ylim=(len(table) - 0.5, -0.5), xlim=(0, 1.4 * longest or 1.0), xlabel=label)
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
