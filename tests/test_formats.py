@@ -430,14 +430,12 @@ def test_an_x3p_may_list_its_heights_in_its_index(tmp_path):
     assert_same(open_scan(path), SCAN, 1e-6)
 
 
-def test_an_x3p_that_unpacks_to_more_than_its_heights_is_refused_unread(tmp_path):
+def test_an_x3p_that_unpacks_to_far_more_is_refused_unread(tmp_path):
     path = WRITERS["x3p"](tmp_path, ROWS, SIZE)
     with zipfile.ZipFile(path) as archive:
         index = archive.read("main.xml")
-    count = f"{ROWS.shape[1]} × {ROWS.shape[0]}"
     wide = index.replace(f"<SizeX>{ROWS.shape[1]}".encode(), b"<SizeX>4000000")
     for text, size, fault in (
-        (index, 2**21, f"expected {ROWS.size * 8:,} bytes of {count} heights, as main.xml states, found 2,097,152"),
         (wide, 2**25, "expected a content of at most 4 MiB, by its size, found 32 MiB"),
         (index + b" " * 2**26, ROWS.size * 8, "expected a content of at most 4 MiB, by its size, found 64 MiB"),
     ):

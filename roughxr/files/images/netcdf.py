@@ -6,7 +6,7 @@ the attribute ``length`` of x and y, and one ``unit`` for all.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -69,7 +69,7 @@ def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
     ds = unread(path)
     try:
         name = _variable_name(ds, channel, path)
-        return (_surface_topography if _is_surface_topography(ds, name) else _cf)(ds, name, path)
+        return _scan(_with_centres(ds, path) if _is_surface_topography(ds, name) else ds, name, path)
     except BaseException:
         ds.close()
         raise
@@ -129,68 +129,50 @@ def _is_surface_topography(ds: xr.Dataset, name: str) -> bool:
     return name == "heights" and (marks or "unit" in ds[name].attrs)
 
 
-def _surface_topography(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
-    """Return the scan of a file in SurfaceTopography's convention."""
-    _refuse_other_dims(path, name, ds[name].dims, ds[name].dims)
-    centres = {}
+def _with_centres(ds: xr.Dataset, path: Path) -> xr.Dataset:
+    """Return a file in SurfaceTopography's convention with its pixel centres as coordinates."""
     for axis in ("x", "y"):
         if axis not in ds.variables or "length" not in ds[axis].attrs:
             raise UnreadableScan(path, "a variable with its size in an attribute 'length'", "none", where=(axis,))
-        pixel = float(ds[axis].attrs["length"]) / ds.sizes[axis]
-        if ds.sizes[axis] > 1 and abs(spacing(ds[axis]) - pixel) > 1e-6 * pixel:
+        count = ds[axis].size
+        pixel = float(ds[axis].attrs["length"]) / count
+        if count > 1 and abs(spacing(ds[axis]) - pixel) > 1e-6 * pixel:
             raise UnreadableScan(path, f"steps of {pixel:g} by 'length'", f"{spacing(ds[axis]):g}", where=(axis,))
-        centres[axis] = (np.arange(ds.sizes[axis]) + 0.5) * pixel * _ratio(ds[axis], path, "unit")
-    upwards = ds.isel(y=slice(None, None, -1))
-    return _scan(ds, upwards, name, ("x", "y"), centres, _ratio(ds[name], path, "unit"), path)
+        centres = (np.arange(count) + 0.5) * pixel
+        ds = ds.assign_coords({axis: (axis, centres if axis == "x" else centres[::-1], ds[axis].attrs)})
+    return ds
 
 
-def _cf(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
-    """Return the scan of a labelled file, with ascending axes."""
-    dims = {}
-    for dim in map(str, ds[name].dims):
-        if dim not in ds.coords:
-            raise UnreadableScan(path, "a coordinate with units along this dimension", "none", where=(dim,))
-        dims[str(ds[dim].attrs.get("axis", dim)).lower()] = dim
-    _refuse_other_dims(path, name, dims, ds[name].dims)
-    values = {axis: np.asarray(ds[dims[axis]].values, dtype=float) * _ratio(ds[dims[axis]], path) for axis in "xy"}
-    turned = {dims[a]: slice(None, None, -1 if v.size > 1 and v[-1] < v[0] else 1) for a, v in values.items()}
-    centres = {axis: v[turned[dims[axis]]] for axis, v in values.items()}
-    return _scan(ds, ds.isel(turned), name, (dims["x"], dims["y"]), centres, _ratio(ds[name], path), path)
+def _ratio(variable: xr.DataArray, path: Path) -> float:
+    """Return nm per unit of a variable."""
+    return length_factor(path, _units(variable), "'units' of a length", where=(str(variable.name),))
 
 
-def _refuse_other_dims(path: Path, name: str, axes: Iterable[Hashable], dims: tuple[Hashable, ...]) -> None:
-    """Raise unless the axes of a variable are x and y."""
-    if set(axes) != {"x", "y"}:
-        raise UnreadableScan(path, "dimensions x and y (or axis attributes)", f"{tuple(dims)}", where=(name,))
-
-
-def _ratio(variable: xr.DataArray, path: Path, attribute: str = "units") -> float:
-    """Return nm per unit of a variable; the attribute is ``units``, in SurfaceTopography ``unit``."""
-    what = f"{attribute!r} of a length"
-    return length_factor(path, variable.attrs.get(attribute), what, where=(str(variable.name),))
-
-
-def _scan(
-    ds: xr.Dataset,
-    turned: xr.Dataset,
-    name: str,
-    dims: tuple[str, str],
-    centres: dict[str, np.ndarray],
-    ratio: float,
-    path: Path,
-) -> xr.Dataset:
-    """Return the labelled, unread scan, heights of ``turned`` along ``dims``; roughxr's own files keep everything else.
+def _scan(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
+    """Return the labelled, unread scan of a variable, with ascending axes; roughxr's own files keep everything else.
 
     Drop the encoding: packing would quantise results.
     """
-    stored = turned[name].variable.transpose(*dims)
+    named = {}
+    for dim in map(str, ds[name].dims):
+        if dim not in ds.coords:
+            raise UnreadableScan(path, "a coordinate with units along this dimension", "none", where=(dim,))
+        named[str(ds[dim].attrs.get("axis", dim)).lower()] = dim
+    if set(named) != {"x", "y"}:
+        raise UnreadableScan(path, "dimensions x and y (or axis attributes)", f"{ds[name].dims}", where=(name,))
+    dims = (named["x"], named["y"])
+    ratios = [_ratio(ds[dim], path) for dim in dims]
+    upwards = ds.isel({dim: slice(None, None, -1) for dim in dims if ds[dim].values[-1] < ds[dim].values[0]})
+    values = [np.asarray(upwards[dim].values, dtype=float) * ratio for dim, ratio in zip(dims, ratios)]
+    stored = upwards[name].variable.transpose(*dims)
+    mask = upwards["mask"].variable.transpose(*dims) if name == "heights" and "mask" in ds.variables else None
+    read = partial(_heights, path, stored, mask, _ratio(ds[name], path), max(map(np.ptp, values)))
+    image = indexing.LazilyIndexedArray(_Image(read, stored.shape))
     is_scan = name == "height" and dims == ("x", "y")
-    mask = turned["mask"].variable.transpose(*dims) if name == "heights" and "mask" in ds.variables else None
-    width = max(np.ptp(values) for values in centres.values())
-    image = indexing.LazilyIndexedArray(_Image(partial(_heights, path, stored, mask, ratio, width), stored.shape))
-    height = xr.Variable(("x", "y"), image, {**(ds[name].attrs if is_scan else {}), "units": "nm"})
-    coords = {a: (a, v, {**(ds[a].attrs if is_scan else {}), "units": "nm"}) for a, v in centres.items()}
-    base = ds.drop_vars([name, *[axis for axis in "xy" if axis in ds.variables]]) if is_scan else xr.Dataset()
+    base = ds.drop_vars([name, *dims]) if is_scan else xr.Dataset()
+    attrs = {variable: {**(ds[variable].attrs if is_scan else {}), "units": "nm"} for variable in (name, *dims)}
+    height = xr.Variable(("x", "y"), image, attrs[name])
+    coords = {axis: (axis, centres, attrs[dim]) for axis, dim, centres in zip("xy", dims, values)}
     out = base.assign_coords(coords).assign(height=height).assign_attrs(ds.attrs)
     out.set_close(ds.close)
     return out

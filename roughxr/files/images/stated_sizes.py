@@ -7,6 +7,8 @@ whose length is the last number of the file. JPK's images and HDF5 may be longer
 
 from __future__ import annotations
 
+import io
+import operator
 import re
 import struct
 from collections.abc import Callable
@@ -46,13 +48,8 @@ _ISO_BYTES = (1, 2, 4, 4, 1, 2, 4, 8)
 #: Text in ASCII, as the standard asks for, up to an end-of-file mark.
 _TEXT = re.compile(rb"[\t\r\n -~]*[\0\x1a]*")
 
-#: Bytes of a value of a TIFF entry by its type, and bytes of an entry.
-_TIFF_BYTES = dict(enumerate((1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8), start=1))
+#: Bytes of an entry of a TIFF directory.
 _TIFF_ENTRY = 12
-
-#: Tags of a TIFF file's strips: where each begins, and how long it is.
-_STRIP_STARTS = 273
-_STRIP_SIZES = 279
 
 
 def refuse_longer(path: Path, code: str) -> None:
@@ -156,20 +153,14 @@ def _iso_size(data: bytes) -> int:
 
 def _park_size(data: bytes) -> int:
     """Return the end of what the one directory of a Park TIFF lists."""
-    order = "<" if data.startswith(b"II") else ">"
-    (start,) = struct.unpack_from(f"{order}I", data, 4)
-    (count,) = struct.unpack_from(f"{order}H", data, start)
-    end = start + 2 + count * _TIFF_ENTRY + 4
-    strips: dict[int, tuple[int, ...]] = {}
-    for place in range(start + 2, end - 4, _TIFF_ENTRY):
-        tag, kind, length = struct.unpack_from(f"{order}HHI", data, place)
-        size = length * _TIFF_BYTES[kind]
-        value = place + 8 if size <= 4 else struct.unpack_from(f"{order}I", data, place + 8)[0]
-        end = max(end, value + size)
-        if tag in (_STRIP_STARTS, _STRIP_SIZES):
-            strips[tag] = struct.unpack_from(f"{order}{length}{'H' if size == 2 * length else 'I'}", data, value)
-    ends = (first + size for first, size in zip(strips[_STRIP_STARTS], strips[_STRIP_SIZES]))
-    return max(end, *ends)
+    from tifffile import TiffFile  # of the reader that has read the file
+
+    with TiffFile(io.BytesIO(data)) as file:
+        page = file.pages.first
+    tags = page.tags.values()
+    directory_end = max(tag.offset for tag in tags) + _TIFF_ENTRY + 4  # and the place of the next directory
+    values = (tag.valueoffset + tag.valuebytecount for tag in tags)
+    return max(directory_end, *values, *map(operator.add, page.dataoffsets, page.databytecounts))
 
 
 #: What returns the size that a file of a format states.
