@@ -150,6 +150,7 @@ def test_what_a_file_lacks_is_asked_for(tmp_path):
             {"sensitivity": "60 nm/V"},
             "sensitivity: expected 5e-08, as the file states, found '60 nm/V'; leave sensitivity= out",
         ),
+        ({"sensitivity": "60 nm/V", "spring_constant": "2 N/m"}, "sensitivity: expected 5e-08, as the file states"),
         ({"units": "nN"}, "leave units= out"),
         ({"pulls": "negative"}, "leave pulls= out"),
     ],

@@ -66,7 +66,7 @@ def open_curve_file(path: Path, kind: str, given: Calibration) -> CurveFile:
     curves = answer["curves"]
     if not curves:
         raise UnreadableScan(path, "force-distance curves", "none")
-    for name in set(stated) - set(used):
+    for name in (name for name in stated if name not in used):
         own = [curve[name] for curve in curves if name in curve]
         if own or name == "sensitivity":  # a spring constant given with forces corrects the displacement for bending
             option = name.replace(" ", "_")

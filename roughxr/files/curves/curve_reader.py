@@ -68,9 +68,7 @@ def read(
     stat, given = os.stat(path), (tuple(known.items()), tuple(texts.items()))
     try:
         name, curves = _opened(path, kind, *given, stat.st_mtime_ns, stat.st_size)
-        if last is None:
-            return {"format": name, "curves": [stated_values(curve["metadata"]) for curve in curves]}
-        return {"samples": [samples(curve, curve.get("kind", kind)) for curve in curves[first:last]]}
+        return answer(name, curves, kind, first, last)
     except errors.MissingMetaDataError as error:
         return {"missing": list(error.meta_keys)}
     except errors.AFMFileFormatError as error:  # not a subclass of Exception
@@ -81,6 +79,13 @@ def read(
         }
     except Unusable as unusable:
         return {"refused": unusable.args}
+
+
+def answer(name: str, curves: list[dict[str, Any]], kind: str, first: int, last: int | None) -> dict[str, Any]:
+    """Return the name of a format with the headers of its curves, or the samples of some curves."""
+    if last is None:
+        return {"format": name, "curves": [_stated_values(curve["metadata"]) for curve in curves]}
+    return {"samples": [_samples(curve, curve.get("kind", kind)) for curve in curves[first:last]]}
 
 
 @lru_cache(maxsize=1)
@@ -277,12 +282,12 @@ def _asylum_segments(notes: dict[str, str], size: int) -> dict[str, np.ndarray]:
     return {"segment": segment, "paused": np.array(directions[1:])[segment] == "0"}
 
 
-def stated_values(metadata: Any) -> dict[str, float]:
+def _stated_values(metadata: Any) -> dict[str, float]:
     """Return the values of a curve's header that are known."""
     return {name: float(metadata[name]) for name in _HEADER_VALUES if name in metadata and np.isfinite(metadata[name])}
 
 
-def samples(curve: dict[str, Any], kind: str) -> dict[str, np.ndarray]:
+def _samples(curve: dict[str, Any], kind: str) -> dict[str, np.ndarray]:
     """Return the piezo's travel towards the surface, the force, and the file's segments of a curve."""
     data = curve["data"]() if callable(curve["data"]) else curve["data"]
     names = list(data.keys())

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
 from io import StringIO
+from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -43,11 +44,7 @@ def read(path: Path, kind: str, known: dict[str, float], first: int = 0, last: i
     """Return the headers of a file of curves, or its curves from ``first`` to before ``last``."""
     stat = path.stat()
     name, curves, missing = _opened(path, kind, tuple(known.items()), stat.st_mtime_ns, stat.st_size)
-    if missing:
-        return {"missing": list(missing)}
-    if last is None:
-        return {"format": name, "curves": [curve_reader.stated_values(curve["metadata"]) for curve in curves]}
-    return {"samples": [curve_reader.samples(curve, kind) for curve in curves[first:last]]}
+    return {"missing": list(missing)} if missing else curve_reader.answer(name, curves, kind, first, last)
 
 
 @lru_cache(maxsize=1)
@@ -62,48 +59,52 @@ def _opened(path: Path, kind: str, known: tuple, *_state: int) -> tuple[str, lis
 
 def _jpk_text(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     """Yield the curve of a text exported by JPK's programs."""
+    stated: dict[str, str] = {}  # above a segment
+    segments = []
     lines = decoded(path.read_bytes()).splitlines()
-    is_head = np.array([line.startswith("#") or not line.strip() for line in lines])
-    starts = np.flatnonzero(np.diff(is_head.astype(int), prepend=1) == -1)
-    ends = [*np.flatnonzero(np.diff(is_head.astype(int)) == 1) + 1, len(lines)]
-    segments = [_jpk_segment(lines, int(start), int(end), known) for start, end in zip(starts, ends)]
+    for is_head, part in groupby(lines, lambda line: line.startswith("#") or not line.strip()):
+        if is_head:
+            entries = (line[1:].partition(":") for line in part)
+            stated = stated | {key.strip(): value.strip() for key, _, value in entries}
+        else:
+            segments.append(_jpk_segment(stated, list(part), known))
     sizes = [segment.height.size for segment in segments]
     columns = {
         "height (measured)": np.concatenate([segment.height for segment in segments]),
         "force": np.concatenate([segment.force for segment in segments]),
         "segment": np.repeat(np.arange(len(segments)), sizes),
-        "paused": np.repeat([segment.stated.get("segment") == "pause" for segment in segments], sizes),
+        "paused": np.repeat([segment.is_pause for segment in segments], sizes),
     }
-    last = segments[-1]
-    stated = {f"position {axis}": last.stated.get(f"{axis}Position", "") for axis in "xy"}
-    places = {name: float(place) for name, place in stated.items() if _is_number(place)}  # else "----"
-    yield {"metadata": last.calibration | places, "data": columns, "needed": last.needed}
+    places = {f"position {axis}": stated.get(f"{axis}Position", "") for axis in "xy"}
+    metadata = segments[-1].calibration | {name: float(place) for name, place in places.items() if _is_number(place)}
+    yield {"metadata": metadata, "data": columns, "needed": segments[-1].needed}
 
 
 class _Segment(NamedTuple):
     """A segment of a JPK text."""
 
-    stated: dict[str, str]  # above it
+    is_pause: bool
     calibration: dict[str, float]
     needed: list[str]  # names of the calibration that its deflection needs
     height: np.ndarray  # m
     force: np.ndarray  # N, NaN without its calibration
 
 
-def _jpk_segment(lines: list[str], start: int, end: int, known: dict[str, float]) -> _Segment:
-    """Return the segment in the lines from ``start`` to before ``end``, by the headers above."""
-    head = (line[1:].partition(":") for line in lines[:start] if line.startswith("#"))
-    stated = {key.strip(): value.strip() for key, _, value in head}
+def _jpk_segment(stated: dict[str, str], lines: list[str], known: dict[str, float]) -> _Segment:
+    """Return the segment in lines of numbers, by the headers above."""
     names = stated.get("columns", "").split()
     units = dict(zip(names, stated.get("units", "").split()))
     height = next((name for name in _JPK_HEIGHTS if name in units), None)
     if height is None or units[height] not in _SIZES or units.get("vDeflection") not in _NEEDED:
         raise Refusal("", "columns of height and vDeflection with units", ", ".join(names))
-    values = dict(zip(names, np.loadtxt(lines[start:end], ndmin=2).T))
+    values = dict(zip(names, np.loadtxt(lines, ndmin=2).T))
     calibration = _jpk_calibration(stated, known)
     needed = _NEEDED[units["vDeflection"]]
     factor = np.prod([calibration.get(name, np.nan) for name in needed])
-    return _Segment(stated, calibration, needed, values[height] * _SIZES[units[height]], values["vDeflection"] * factor)
+    is_pause = stated.get("segment") == "pause"
+    return _Segment(
+        is_pause, calibration, needed, values[height] * _SIZES[units[height]], values["vDeflection"] * factor
+    )
 
 
 #: Values that make a force of a voltage, by afmformats' names.
@@ -181,28 +182,8 @@ class _Quantity(NamedTuple):
     """A quantity of all curves of a NanoScope file."""
 
     counts: np.ndarray  # (curves, samples), on disk
-    factor: float  # of a count, in V, for computed heights in m
-    sensitivity: str = ""  # its name
-
-
-def _heights(
-    path: Path,
-    sensor: dict[str, str] | None,
-    values: dict[str, str],
-    count: int,
-    sizes: tuple[int, int],
-    stored_size: int,
-) -> _Quantity:
-    """Return the heights of all curves in m: those of a sensor, else of the ramp."""
-    if sensor is None:
-        ramp = (_sine_heights if _is_peak_force(values) else _ramp_heights)(values, sizes)
-        extension, retraction = np.split(ramp, [sizes[0]])
-        filler = np.full(max(stored_size // 2 - sizes[0], 0) if stored_size > ramp.size else 0, np.nan)
-        ramp = np.concatenate([extension, filler, retraction])
-        return _Quantity(np.broadcast_to(ramp, (count, ramp.size)), 1.0)
-    measured = _stored(path, sensor, count, sum(sizes))
-    metres = _nanoscope_calibration(values, measured.sensitivity).get("sensitivity", np.nan)
-    return measured._replace(factor=-measured.factor * metres)
+    factor: float  # of a count, in V
+    sensitivity: str  # its name
 
 
 def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
@@ -214,21 +195,33 @@ def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     values = header | deflection
     count = _curve_count(header, scans)
     sizes = _sample_counts(values)
-    stored = _stored(path, deflection, count, sum(sizes))
-    stored_size = stored.counts.shape[1]
-    heights = _heights(path, sensor, values, count, sizes, stored_size)
-    bits = _fractional_bits(stored, sizes, header) if stored.counts.itemsize == 4 else 0
-    metadata = _nanoscope_calibration(values, stored.sensitivity) | known
-    # a branch that stopped at the trigger is filled up to half of the stored samples
-    retraction = stored_size // 2 if stored_size > sum(sizes) else sizes[0]
-    in_time = np.r_[sizes[0] - 1 : -1 : -1, retraction : retraction + sizes[1]]
-    newtons = stored.factor / 2**bits
+    forces = _stored(path, deflection, count, sum(sizes))
+    bits = _fractional_bits(forces, sizes, header) if forces.counts.itemsize == 4 else 0
+    metadata = _nanoscope_calibration(values, forces.sensitivity) | known
+    newtons = forces.factor / 2**bits
     for name in _CALIBRATION:
         newtons *= metadata.get(name, np.nan)
-    curves = _Curves(heights, stored._replace(factor=newtons), in_time, np.repeat([0, 1], sizes))
+    if sensor is None:
+        heights = None
+        ramp = (_sine_heights if _is_peak_force(values) else _ramp_heights)(values, sizes)
+    else:
+        heights = _stored(path, sensor, count, sum(sizes))
+        metres = -heights.factor * _nanoscope_calibration(values, heights.sensitivity).get("sensitivity", np.nan)
+    # a branch that stopped at the trigger is filled up to half of the stored samples
+    stored = forces.counts.shape[1]
+    retraction = stored // 2 if stored > sum(sizes) else sizes[0]
+    in_time = np.r_[sizes[0] - 1 : -1 : -1, retraction : retraction + sizes[1]]
+
+    def columns(number: int) -> dict[str, np.ndarray]:
+        return {
+            "height (measured)": ramp if heights is None else (heights.counts[number] * metres)[in_time],
+            "force": (forces.counts[number] * newtons)[in_time],
+            "segment": np.repeat([0, 1], sizes),
+        }
+
     for number in range(count):
         places = _place(number, count, header, scans) if count > 1 else {}
-        yield {"metadata": {**metadata, **places}, "data": partial(curves.columns, number), "needed": _CALIBRATION}
+        yield {"metadata": {**metadata, **places}, "data": partial(columns, number), "needed": _CALIBRATION}
 
 
 def _force_images(blocks: list[Block]) -> tuple[dict[str, str], dict[str, str] | None]:
@@ -240,22 +233,6 @@ def _force_images(blocks: list[Block]) -> tuple[dict[str, str], dict[str, str] |
     if deflection is None:
         raise Refusal("", "curves of the deflection", ", ".join(titles) or "none", "capture the deflection")
     return deflection, sensor
-
-
-class _Curves(NamedTuple):
-    """The curves of a NanoScope file."""
-
-    heights: _Quantity
-    forces: _Quantity
-    in_time: np.ndarray  # numbers of the stored samples in the order of time
-    segment: np.ndarray  # of each sample
-
-    def columns(self, number: int) -> dict[str, np.ndarray]:
-        """Return the samples of a curve."""
-        height, force = (
-            (quantity.counts[number] * quantity.factor)[self.in_time] for quantity in (self.heights, self.forces)
-        )
-        return {"height (measured)": height, "force": force, "segment": self.segment}
 
 
 def _is_peak_force(header: dict[str, str]) -> bool:
@@ -322,18 +299,19 @@ def _fractional_bits(stored: _Quantity, sizes: tuple[int, int], header: dict[str
 
 
 def _ramp_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
-    """Return the heights (m) of extension and retraction, from contact outwards."""
+    """Return the heights (m) of extension and retraction, in the order of time."""
     ramp = SCALED.match(values.get("ramp size", values.get("ramp size zsweep", "")))
     sensitivity = SENSITIVITY.match(values.get("sens. zsens", ""))
     if ramp is None or sensitivity is None:
         raise Refusal("", "the size of the ramp and the sensitivity of the piezo", "none")
     length = float(ramp["value"]) * float(sensitivity["value"]) * 1e-9
     step = length / max(max(sizes) - 1, 1)
-    return np.concatenate([step * np.arange(size) for size in sizes])
+    extension, retraction = (step * np.arange(size) for size in sizes)
+    return np.concatenate([extension[::-1], retraction])
 
 
 def _sine_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
-    """Return the heights (m) of a period of PeakForce tapping, as `_ramp_heights`; lowest at the synchronisation."""
+    """Return the heights (m) of a period of PeakForce tapping, lowest at the synchronisation."""
     amplitude = values.get("peak force amplitude", "")
     if not _is_number(amplitude.removesuffix("nm")):
         raise Refusal("", "the amplitude of PeakForce tapping", "none")
@@ -343,8 +321,7 @@ def _sine_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
     synchronisation = values.get("sync distance qnm", "")
     if _is_number(synchronisation) and float(synchronisation) > 0 and _is_number(points):
         lowest = float(synchronisation) * (1.0 if float(points) == sizes[0] else period / float(points))
-    height = -float(amplitude.removesuffix("nm")) * 1e-9 * np.cos(2 * np.pi * (np.arange(period) - lowest) / period)
-    return np.concatenate([height[: sizes[0]][::-1], height[sizes[0] :]])
+    return -float(amplitude.removesuffix("nm")) * 1e-9 * np.cos(2 * np.pi * (np.arange(period) - lowest) / period)
 
 
 def _place(number: int, count: int, header: dict[str, str], scans: list[dict[str, str]]) -> dict[str, float]:
