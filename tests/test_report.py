@@ -29,6 +29,7 @@ from roughxr.application.report.report_page import methods
 from roughxr.application.report.run_numbers import debris_flags, run_numbers, summary_numbers
 from roughxr.application.runs import analysis, several
 from roughxr.application.wording import _entries, _Sentences, table_of_words
+from roughxr.mechanics.asperity import expectation
 from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
 from roughxr.mechanics.particles.removal import strength_quantile
 from roughxr.mechanics.specimen import specimen_of
@@ -698,7 +699,8 @@ def test_a_sentence_is_printed_if_its_values_are_known():
     ("file", "modules"),
     [
         ("answer.toml", (application.headline, means, sampling, application.report.summary)),
-        ("cautions.toml", (application.report.caveats,)),
+        ("cautions.toml", (application.report.caveats, expectation)),
+        *((file, (application.sentences,)) for file in ("comparison.toml", "fit.toml", "regime.toml", "estimate.toml")),
         ("notes.toml", (application.report.report_page, application.report.detachment)),
     ],
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.application.sentences import expectation_words
+from roughxr.application.report.caveats import superposition_notes
 from roughxr.mechanics.asperity import expectation
 from roughxr.mechanics.asperity.asperity_sum import FORMULATIONS
 from roughxr.mechanics.asperity.catalogue import asperities
@@ -237,7 +237,7 @@ def test_asperities_stay_elastic_with_a_warning(surface):
 
 def test_what_is_expected_is_said_of_means_and_of_single_places(surface):
     for ds in (superpose(surface, delta=[2.0, 8.0]), pull_off_map(surface, subregions=(2, 2))):
-        sentence = expectation_words(ds)
+        sentence = superposition_notes({"solutions/energy": ds})[0]
         assert f"{expectation.LOW:g} … {expectation.HIGH:g} in 19 of 20 means over four places" in sentence
         assert "9 of 10 single places" in sentence
 
@@ -252,7 +252,8 @@ def test_what_is_expected_is_said_of_means_and_of_single_places(surface):
     ],
 )
 def test_nothing_is_expected_where_nothing_was_measured(surface, change, options, why):
-    assert why in expectation_words(superpose(change(surface), delta=[2.0], **options))
+    summed = superpose(change(surface), delta=[2.0], **options)
+    assert why in superposition_notes({"solutions/energy": summed})[0]
 
 
 def test_more_than_the_smooth_sphere_is_never_given_without_a_word():

@@ -33,8 +33,8 @@ import pandas as pd
 import xarray as xr
 
 import roughxr
+from roughxr.application.report.caveats import superposition_notes
 from roughxr.application.reproduction.conclusion import rank_correlation
-from roughxr.application.sentences import expectation_words
 from roughxr.mechanics.asperity import expectation
 from roughxr.mechanics.asperity.pull_off_maps import pull_off_map
 from roughxr.mechanics.asperity.superposition import superpose
@@ -289,7 +289,8 @@ def tell_scans(paths):
         for radius, work in PAIRS:
             scan = ground.contact.assign_pair(sphere_radius=radius, work_of_adhesion=work, **ELASTIC)
             measures = measured(scan)
-            said = expectation_words(superpose(scan.contact.asperities(), delta=[0.0], subregions=(2, 2)))
+            summed_up = superpose(scan.contact.asperities(), delta=[0.0], subregions=(2, 2))
+            said = superposition_notes({"solutions/energy": summed_up})[0]
             ratios = {name: round(force / measures["direct"], 2) for name, force in summed(scan).items()}
             print(f"{Path(path).name}, R {radius:g} nm, w {work:g} J/m²: direct {measures['direct']:.0f} nN; {ratios}")
             print(f"    {said}")

@@ -34,7 +34,7 @@ from .. import tables as exports
 from ..figures.curve_panels import MOST_CURVES, doubtful_curves
 from ..headline import best_estimate
 from ..report.summary import PLACES, with_few_digits
-from ..sentences import AS_SCANNED, comparison_sentence, fit_sentence
+from ..sentences import comparison_sentence, fit_sentence
 from ..wording import names_in_words, render_sentence
 from . import words
 from .file_commands import image_options, print_attributes, save_picture
@@ -187,7 +187,10 @@ def compare_with_run(options: Namespace) -> None:
     print(f"pull-off forces, nN, predicted ({options.method}) and measured, with 95 % intervals:")
     columns = {"predicted": "predicted", "measured": "measured", "ratio": "measured / predicted"}
     print(_with_intervals(_with_scatter(compared), columns))
-    print("\n" + f"{AS_SCANNED}\n" * (estimated_mean(compared) is None) + comparison_sentence(compared))
+    print()
+    if estimated_mean(compared) is None:
+        print(render_sentence("comparison.toml", "as_scanned", {}))
+    print(comparison_sentence(compared))
     predicted_places = float(compared.predicted_places)
     measured_places = float(compared.measured_places)
     count = own["pull_off_force"].size

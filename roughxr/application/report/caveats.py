@@ -17,7 +17,6 @@ from ...mechanics.statistics import smooth_pull_off
 from ...mechanics.statistics.means import mesh_error
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.error_sources import TIP_RADIUS
-from ..sentences import expectation_words
 from ..wording import render_sentence
 from .run_numbers import METHOD_WORDS, debris_flags
 from .summary import BUDGET
@@ -70,7 +69,13 @@ def _superposed(run: Run) -> Iterator[Caution]:
     ds = run.get("solutions/energy", xr.Dataset())
     if not {"expected_ratio", "unknown_by"} & set(ds.attrs):
         return
-    values = {"expectation": expectation_words(ds), "places": ds.sizes.get("subregion")}
+    unknown_by = ds.attrs.get("unknown_by")
+    values = {
+        **ds.attrs,
+        "places": ds.sizes.get("subregion"),
+        "by_law": unknown_by == "law",
+        "by_patch": unknown_by == "patch",
+    }
     if "pull_off_force" in ds:
         values["places_above"] = int((ds["pull_off_force"] > smooth_pull_off(ds)).sum())
     yield "superposed", values

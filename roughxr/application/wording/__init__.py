@@ -15,7 +15,7 @@ import numpy as np
 
 from ...mechanics.vocabulary.numbers import format_number, format_percent, format_quantity, significant
 
-#: How numbers are written, by what stands after the colon of a field.
+#: How numbers are written, by what stands after the colon of a field; other formats are Python's.
 _FORMATS: dict[str, Callable[[Any], str]] = {
     "": format_number,
     "%": format_percent,
@@ -72,7 +72,8 @@ class _Sentences(Formatter):
             return value
         if format_spec == "+" and not value > 0:
             raise _Unknown(value)
-        return _FORMATS[format_spec](value)
+        written = _FORMATS.get(format_spec)
+        return written(value) if written else format(float(value), format_spec)
 
 
 @cache
