@@ -33,7 +33,9 @@ from ..mechanics.vocabulary.error_sources import (
     SECOND_SCAN_WIDTH,
     UNSEEN,
     UNSEEN_WORDS,
-    total_std,
+    KnownError,
+    read_errors,
+    total_error,
 )
 from ..mechanics.vocabulary.numbers import (
     bounds_in_words,
@@ -116,25 +118,25 @@ def _without_doubtful_interval(mean: xr.Dataset) -> xr.Dataset:
 
 def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
     """Return an answer with the best estimate of the real surface, its parts, and the step that narrows it most."""
-    deviations = estimate["relative_std"].fillna(0.0).to_series()
+    errors = read_errors(estimate)
+    errors.pop(PRESSING, None)  # stated as a range of its own
+    of_scan = {name: error for name, error in errors.items() if ERROR_SOURCES[name].is_of_scan}
+    of_pair = [error for name, error in errors.items() if name not in (UNSEEN, PLACES, *of_scan)]
     copied = ("finest_shown", "roughness_factor", "roughness_low", "roughness_high", "narrowed_low", "narrowed_high")
-    deviations = deviations.drop(PRESSING, errors="ignore")  # stated as a range of its own
-    scan_deviations = deviations[[ERROR_SOURCES[name].is_of_scan for name in deviations.index]]
-    pair_deviations = deviations.drop([UNSEEN, PLACES, *scan_deviations.index], errors="ignore")
     out = summary.assign({name: estimate[name] for name in copied}).assign(
         best_estimate=estimate["pull_off_mean"],
         best_low=estimate["pull_off_low"],
         best_high=estimate["pull_off_high"],
-        pair_error=HALF_WIDTH * total_std(pair_deviations) if pair_deviations.size else np.nan,
-        scan_error=HALF_WIDTH * total_std(scan_deviations),
+        pair_error=HALF_WIDTH * total_error(of_pair).std,
+        scan_error=HALF_WIDTH * total_error(of_scan.values()).std,
     )
     attributes = {name: estimate.attrs[name] for name in ("narrowing_source", "unseen_by")}
-    return out.assign_attrs(attributes, scan_sources=_largest_sources(scan_deviations))
+    return out.assign_attrs(attributes, scan_sources=_largest_sources(of_scan))
 
 
-def _largest_sources(deviations: pd.Series) -> str:
+def _largest_sources(errors: Mapping[str, KnownError]) -> str:
     """Return the names of the largest errors of a group, which make most of its variance, the largest first."""
-    variances = (deviations**2).sort_values(ascending=False)
+    variances = pd.Series({name: error.std**2 for name, error in errors.items()}).sort_values(ascending=False)
     before = variances.cumsum() - variances
     # part of the variance of a group beyond which errors are not named
     names = [str(name) for name in variances.index[before < 0.9 * variances.sum()]]

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 
-from ...mechanics.vocabulary.error_sources import total_std
+from ...mechanics.vocabulary.error_sources import KnownError, read_errors, total_error
 from ...mechanics.vocabulary.numbers import format_number, with_error
 from .style import BLACK, BLUE, GREY, ORANGE, SMALL, Axes, axes, legend, styled
 
@@ -29,52 +28,50 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     >>> ax.get_yticklabels()[-1].get_text()
     'all of these'
     """
-    table = _entries(ds)
-    ax = axes(ax, aspect=0.16 + 0.058 * len(table))
-    rows = np.arange(len(table))
-    value = table["relative_std"]
-    error = table["standard_error"].fillna(0)
-    colors = [BLUE] * (len(table) - 1) + [BLACK]
-    ends: dict[str, Any] = {"xerr": [np.minimum(value, error), error], "ecolor": GREY, "error_kw": {"elinewidth": 1.2}}
-    bars = ax.barh(rows, value.fillna(0), height=0.62, color=colors, **ends)
-    ax.bar_label(bars, [_words(*entry) for entry in table.values], padding=3, fontsize=SMALL - 0.5)
-    is_remedied = (table["remaining_std"] < value).values
-    if is_remedied.any():
+    errors = read_errors(ds)
+    entries = errors | {"all of these": total_error(errors.values())._replace(pull_off_change=np.nan)}
+    ax = axes(ax, aspect=0.16 + 0.058 * len(entries))
+    rows = np.arange(len(entries))
+    std = 100 * np.nan_to_num([entry.std for entry in entries.values()])
+    error = 100 * np.nan_to_num([entry.standard_error for entry in entries.values()])
+    colors = [BLUE] * len(errors) + [BLACK]
+    ends: dict[str, Any] = {"xerr": [np.minimum(std, error), error], "ecolor": GREY, "error_kw": {"elinewidth": 1.2}}
+    bars = ax.barh(rows, std, height=0.62, color=colors, **ends)
+    ax.bar_label(bars, [_words(entry) for entry in entries.values()], padding=3, fontsize=SMALL - 0.5)
+    if "remaining_std" in ds:
+        remaining = 100 * ds["remaining_std"].values
+        is_remedied = remaining < std[:-1]
         mark: dict[str, Any] = {
             "linestyle": "none",
             "markersize": 7,
             "markeredgewidth": 1.4,
             "label": "after its remedy",
         }
-        ax.plot(table["remaining_std"][is_remedied], rows[is_remedied], "|", color=ORANGE, **mark)
+        ax.plot(remaining[is_remedied], rows[:-1][is_remedied], "|", color=ORANGE, **mark)
     legend(ax)
-    ax.set_yticks(rows, table.index)
-    label = "standard deviation of the mean pull-off force [%]"
-    longest = float((value.fillna(0) + error).max())
-    ax.set(ylim=(len(table) - 0.5, -0.5), xlim=(0, 1.4 * longest or 1.0), xlabel=label)
+    ax.set_yticks(rows, list(entries))
+    label = "standard deviation of ln(mean pull-off force) [%]"
+    longest = float((std + error).max())
+    ax.set(ylim=(len(entries) - 0.5, -0.5), xlim=(0, 1.4 * longest or 1.0), xlabel=label)
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
     return ax
 
 
-def _entries(ds: xr.Dataset) -> pd.DataFrame:
-    """Return error, its error, change and remaining error (%) of each entry and of all, and whether it is a bias."""
-    names = ["relative_std", "standard_error", "pull_off_change", "remaining_std"]
-    table = 100 * ds[[name for name in names if name in ds]].to_dataframe().reindex(columns=names).astype(float)
-    table["known_bias"] = ds["known_bias"].values if "known_bias" in ds else False
-    total = float(ds["total_std"]) if "total_std" in ds else total_std(ds["relative_std"])
-    standard_error = float(ds["total_standard_error"]) if "total_standard_error" in ds else np.nan
-    table.loc["all of these"] = [100 * total, 100 * standard_error, np.nan, np.nan, False]
-    return table
+def error_in_percent(error: KnownError) -> str:
+    """Return an error with its standard error in per cent."""
+    std = round(100 * error.std, 2)
+    standard_error = round(100 * error.standard_error, 2)
+    return " ± ".join(with_error(std, standard_error)) if standard_error > 0 else format_number(std, digits=2)
 
 
-def _words(value: float, error: float, change: float, _: float, is_bias: bool) -> str:
-    """Return the label of an entry (%): its error with the sign of the change, standard error, and subtracted bias."""
-    if not np.isfinite(value):
+def _words(error: KnownError) -> str:
+    """Return the label of an error in per cent: with the sign of the change, standard error, and subtracted bias."""
+    if not np.isfinite(error.std):
         return "not computed"
-    sign = "" if is_bias or not round(value, 2) > 0 or not abs(change) > 0 else "−" if change < 0 else "+"
-    value = round(value, 2)
-    error = round(error, 2)
-    text = " ± ".join(with_error(value, error)) if error > 0 else format_number(value, digits=2)
-    bias = f", {change:+.2g} subtracted".replace("-", "−") if is_bias else ""
-    return f"{sign}{text}{bias}"
+    text = error_in_percent(error)
+    change = error.pull_off_change
+    if error.known_bias:
+        return f"{text}, {100 * change:+.2g} subtracted".replace("-", "−")
+    sign = "−" if change < 0 else "+"
+    return f"{sign}{text}" if round(error.std, 4) > 0 and abs(change) > 0 else text

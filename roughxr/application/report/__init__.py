@@ -9,7 +9,7 @@ from .detachment import detachment_notes
 from .explorer import explorer_page, write_explorer
 from .report_page import page, write_report
 from .run_numbers import run_moments
-from .run_tables import full_budget, tables, text
+from .run_tables import run_errors, tables, text
 from .summary import (
     CRITICAL,
     DETACHMENT,

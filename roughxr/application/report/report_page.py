@@ -21,6 +21,7 @@ from ...files.storage import atomic_write
 from ...mechanics.scans.regions import sides
 from ...mechanics.statistics import LAWS
 from ...mechanics.vocabulary import schema
+from ...mechanics.vocabulary.error_sources import error_table
 from ...mechanics.vocabulary.numbers import format_number, format_percent
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import printable
@@ -31,7 +32,7 @@ from ..wording import names_in_words, render_sentences
 from .caveats import cautions
 from .detachment import detachment_notes, remaining_fraction
 from .run_numbers import METHOD_WORDS, debris_flags, prediction, run_moments
-from .run_tables import full_budget, tables
+from .run_tables import run_errors, tables
 from .summary import (
     BUDGET,
     DETACHMENT,
@@ -219,8 +220,9 @@ def _errors_in_words(run: Run) -> str:
     """Return the sources of the interval with their standard deviations, the largest first; empty without a budget."""
     if BUDGET not in run:
         return ""
-    errors = full_budget(run)["relative_std"].to_series().sort_values(ascending=False)
-    return ", ".join(f"{entry} ({format_percent(error)})" for entry, error in errors.items() if error > _NAMED_ERROR)
+    errors = {name: error.std for name, error in run_errors(run).items() if error.std > _NAMED_ERROR}
+    largest_first = sorted(errors, key=errors.__getitem__, reverse=True)
+    return ", ".join(f"{name} ({format_percent(errors[name])})" for name in largest_first)
 
 
 def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
@@ -285,10 +287,10 @@ _FIRST = (
     _Figure(
         "Error budget",
         [BUDGET],
-        lambda run: figures.error_budget(full_budget(run)),
-        "Error of the mean pull-off by source, one standard deviation each (the intervals above are at 95 %), ± its "
-        "standard error; the sign is that of the change. Known biases are subtracted from the mean, and half of each "
-        "counts as error. Unseen roughness is that finer than the scan.",
+        lambda run: figures.error_budget(error_table(run_errors(run))),
+        "Error of the mean pull-off by source, one standard deviation of ln(mean) each (the intervals above are at "
+        "95 %), ± its standard error; the sign is that of the change. Known biases are subtracted from the mean, and a "
+        "part of each counts as error. Unseen roughness is that finer than the scan.",
     ),
 )
 

@@ -10,14 +10,21 @@ import pandas as pd
 import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
-from ...mechanics.vocabulary.error_sources import UNSEEN, total_std
-from ...mechanics.vocabulary.numbers import format_number, format_percent, value_and_interval, with_error
+from ...mechanics.vocabulary.error_sources import PLACES, UNSEEN, KnownError, read_errors, total_error
+from ...mechanics.vocabulary.numbers import format_number, value_and_interval
+from ..figures.uncertainty_bars import error_in_percent
 from ..headline import best_estimate
-from ..wording import names_in_words, table_of_words
+from ..wording import names_in_words, render_sentence, table_of_words
 from .run_numbers import METHOD_WORDS, Number, run_numbers
 from .summary import BUDGET, run_fluid
 
 Run = Mapping[str, xr.Dataset]
+
+#: How errors were computed, in words.
+_ERRORS = "errors.toml"
+
+#: Least effect of a tip that the scan's pixels resolve: a sharper tip's flanks are steeper than all slopes.
+_LEAST_TIP_EFFECT = 1e-4
 
 
 def tables(run: Run) -> dict[str, pd.DataFrame]:
@@ -49,59 +56,52 @@ def _frame(rows: Sequence[Number]) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
+def run_errors(run: Run) -> dict[str, KnownError]:
+    """Return the errors of a run's mean pull-off by their sources, those of its best estimate if there is one."""
+    errors = read_errors(run[BUDGET])
+    if best_estimate(run) is not None:
+        errors |= read_errors(run["statistics/extrapolated"])
+    return errors
+
+
 def budget_table(run: Run) -> pd.DataFrame:
-    """Return the error budget in per cent of the mean pull-off: each error, its standard error, its bias, its source.
+    """Return the errors of the mean pull-off in per cent: each error, its standard error, its bias, its source.
 
     The change of the total is the sum of all known biases.
     """
-    budget = full_budget(run)
-    values = (budget[name].values for name in ("relative_std", "standard_error", "pull_off_change", "how"))
-    rows = {str(name): _budget_row(*row) for name, *row in zip(budget["entry"].values, *values)}
-    shift = float(budget["pull_off_corrected"] / budget["pull_off_mean"]) - 1
-    how = f"root of the sum of squares. {_accuracy_of_total(run)}"
-    rows["all of these"] = _budget_row(float(budget["total_std"]), float(budget["total_standard_error"]), shift, how)
+    errors = run_errors(run)
+    total = total_error(errors.values())
+    seen = total_error(error for name, error in errors.items() if name != UNSEEN)
+    facts: dict[str, Any] = {**run[BUDGET].attrs, "seen": seen.std, "error_of_total": seen.standard_error / seen.std}
+    if UNSEEN in errors:
+        facts["finest_shown"] = run["statistics/extrapolated"]["finest_shown"]
+    rows = {name: [*_in_percent(error), _basis(name, error, facts)] for name, error in errors.items()}
+    rows["all of these"] = [*_in_percent(total), render_sentence(_ERRORS, "total", facts)]
     columns = ["error [%]", "change [%]", "how it was computed"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("entry")
 
 
-def full_budget(run: Run) -> xr.Dataset:
-    """Return the error budget of a run with an entry for roughness finer than the scan, if it is estimated."""
-    budget = run[BUDGET]
-    if best_estimate(run) is None:
-        return budget
-    estimate = run["statistics/extrapolated"]
-    unseen = float(estimate["relative_std"].sel(entry=UNSEEN))
-    finest = format_number(float(estimate["finest_shown"]), "nm", 2)
-    how = f"standard deviation of the logarithm of the factor by roughness finer than {finest}"
-    variables = ["relative_std", "standard_error", "pull_off_change", "known_bias", "how"]
-    variables += ["pull_off_corrected", "pull_off_mean"]
-    row = {"relative_std": unseen, "known_bias": False, "how": how}
-    out = budget[variables].reindex(entry=[*budget["entry"].values, UNSEEN], fill_value=row)
-    return out.assign(total_std=total_std(out["relative_std"]), total_standard_error=np.nan)
+def _basis(name: str, error: KnownError, facts: Mapping[str, Any]) -> str:
+    """Return how an error was computed, or why it was not."""
+    values = {
+        **facts,
+        "setting": error.setting,
+        "reason": error.reason,
+        "number_of_places": error.places,
+        "several_places": error.places > 1,
+        "places_without": error.tried_places - error.places,
+        "was_tried": error.tried_places > 0,
+        "is_scatter": name == PLACES,
+        "without_effect": abs(error.pull_off_change) < _LEAST_TIP_EFFECT,
+    }
+    return render_sentence(_ERRORS, name if np.isfinite(error.std) else "not_computed", values)
 
 
-def _accuracy_of_total(run: Run) -> str:
-    """Return how well the total of a run's budget is known, without the roughness that the scan does not show."""
-    budget = run[BUDGET]
-    total, deviation = (float(budget[name]) for name in ("total_std", "total_standard_error"))
-    accuracy = "has no error of its own, since places are too few"
-    if deviation >= 0:
-        accuracy = f"is known to ± {format_percent(deviation / total)}"
-    if best_estimate(run) is None:
-        places = f"{budget.attrs['changed_places']} of {budget.attrs['solved_places']} places"
-        return f"The total {accuracy}. Each change is solved at {places}."
-    finest = format_number(float(run["statistics/extrapolated"]["finest_shown"]), "nm", 2)
-    seen = f"Without roughness finer than {finest} the total is {format_percent(total)}"
-    return f"{seen}, which {accuracy}; the error of the entry of that roughness is not known."
-
-
-def _budget_row(error: float, deviation: float, change: float, how: str) -> list[str]:
+def _in_percent(error: KnownError) -> list[str]:
     """Return an error with its standard error and the change of the mean, in per cent, as text."""
-    error = round(100 * error, 2)
-    deviation = round(100 * deviation, 2)
-    error_words = " ± ".join(with_error(error, deviation)) if deviation > 0 else format_number(error, digits=2)
+    change = error.pull_off_change
     sign = "+" if change > 0 else ""
-    return [error_words, f"{sign}{format_number(round(100 * change, 2), digits=2)}", how]
+    return [error_in_percent(error), f"{sign}{format_number(round(100 * change, 2), digits=2)}"]
 
 
 def text(table: pd.DataFrame, title: str) -> str:

@@ -32,16 +32,16 @@ from ..vocabulary.error_sources import (
     ONE_SCAN,
     PLACES,
     PRESSING,
-    SAMPLING,
     SECOND_SCAN,
     SECOND_SCAN_NOISE,
     SECOND_SCAN_PART,
     SECOND_SCAN_PIXEL,
     UNSEEN,
     KnownError,
+    error_table,
+    read_errors,
     symmetric_error,
     total_error,
-    total_std,
 )
 from ..vocabulary.numbers import format_number
 from ..vocabulary.refusal import Refusal
@@ -97,7 +97,7 @@ class RoughnessFactor(NamedTuple):
     @property
     def error(self) -> KnownError:
         """The error of ln(factor)."""
-        return KnownError(self.below, self.above)
+        return KnownError(self.below / HALF_WIDTH, self.above / HALF_WIDTH)
 
 
 @schema.recorded
@@ -146,8 +146,9 @@ def extrapolated(
         ``pull_off_force`` (nN) of the real surface along ``subregion``; ``pull_off_mean`` with ``pull_off_low`` and
         ``pull_off_high``, its 95 % interval by all errors; ``scanned_mean`` (nN), that of `adhesive` at the same
         places, and ``roughness_factor`` with its ends ``roughness_low`` and ``roughness_high``; the product of both is
-        the mean. ``relative_std`` along ``entry``, the standard deviations of ln(mean), and ``remaining_std``, those
-        that remain once the source of an error is measured, or a second scan taken; ``narrowed_low`` and
+        the mean. ``relative_std`` along ``entry``, the standard deviations of ln(mean), with the other variables of
+        `error_budget`, and ``remaining_std``, those that remain once the source of an error is measured, or a second
+        scan taken; ``narrowed_low`` and
         ``narrowed_high``, the interval after the step that narrows it most, which the attribute ``narrowing_source``
         names. ``pull_off_on_pixels`` (nN) along ``pixel_size``: the mean as scanned, and on every second and fourth
         pixel of the scan. The attributes state the ``shortest`` wavelength, and ``noise_limit`` (nm) where
@@ -223,41 +224,48 @@ def real_pull_off(
     pull_off = at_first_preload(solved)
     scanned = mean_pull_off(pull_off)
     _need_interval(scanned)
-    unseen, noise = _unseen_factor(ds, solved, end, finer, measured, force_std)
-    errors = _known_errors(pull_off, scanned, unseen.error, budget, noise if finer is not None else None)
-    remaining = dict.fromkeys(errors, symmetric_error(0.0)) | {UNSEEN: unseen.error}
+    factor, unseen_errors = _unseen_factor(ds, solved, end, finer, measured, force_std)
+    errors = _seen_errors(pull_off, scanned, budget) | unseen_errors
+    remaining = dict.fromkeys(errors, symmetric_error(0.0)) | {UNSEEN: factor.error}
     remaining |= _after_second_scan(ds, finer, end)
-    factor = float(np.exp(unseen.log))
-    mean = float(scanned["pull_off_force"])
-    best = factor * mean
-    ends = total_error(*errors.values())
-    narrowed = {name: total_error(*(errors | {name: remaining[name]}).values()) for name in errors}
-    step = min(narrowed, key=lambda name: sum(narrowed[name]))
-    out = xr.Dataset(
-        {
-            "pull_off_force": factor * pull_off["pull_off_force"],
-            "pull_off_mean": best,
-            "pull_off_low": best * np.exp(-ends.below),
-            "pull_off_high": best * np.exp(ends.above),
-            "scanned_mean": mean,
-            "roughness_factor": factor,
-            "roughness_low": factor * np.exp(-unseen.below),
-            "roughness_high": factor * np.exp(unseen.above),
-            "finest_shown": _shown_wavelength(ds),
-            "smooth_share": float(scanned["smooth_share"]),
-            "narrowed_low": best * np.exp(-narrowed[step].below),
-            "narrowed_high": best * np.exp(narrowed[step].above),
-            "relative_std": ("entry", [error.std for error in errors.values()]),
-            "remaining_std": ("entry", [remaining[name].std for name in errors]),
-        },
-        {"entry": list(errors), **pull_off["pull_off_force"].coords},
-    )
-    if PRESSING in errors:
-        out["pressed_pull_off_force"] = factor * pull_off["pressed_pull_off_force"]
-    out.attrs = {"narrowing_source": step, "unseen_by": unseen.source, "shortest": end}
+    out = _estimate(pull_off, scanned, factor, errors, remaining)
+    out["finest_shown"] = _shown_wavelength(ds)
+    out.attrs["shortest"] = end
     if (noise_rms := noise_limit(ds)) > read_pair(ds).range:
         out.attrs["noise_limit"] = noise_rms
     return schema.label(out)
+
+
+def _estimate(
+    pull_off: xr.Dataset,
+    scanned: xr.Dataset,
+    factor: RoughnessFactor,
+    errors: dict[str, KnownError],
+    remaining: dict[str, KnownError],
+) -> xr.Dataset:
+    """Return the pull-off times the factor, with its interval, and that after the step that narrows it most."""
+    narrowed = {name: total_error((errors | {name: remaining[name]}).values()) for name in errors}
+    step = min(narrowed, key=lambda name: narrowed[name].std)
+    intervals = {"pull_off": total_error(errors.values()), "narrowed": narrowed[step], "roughness": factor.error}
+    ratio = float(np.exp(factor.log))
+    mean = float(scanned["pull_off_force"])
+    out = xr.Dataset(
+        {
+            "pull_off_force": ratio * pull_off["pull_off_force"],
+            "pull_off_mean": ratio * mean,
+            "scanned_mean": mean,
+            "roughness_factor": ratio,
+            "smooth_share": float(scanned["smooth_share"]),
+        }
+    )
+    for name, error in intervals.items():
+        out[f"{name}_low"], out[f"{name}_high"] = error.interval(ratio if name == "roughness" else ratio * mean)
+    out = out.merge(error_table(errors))
+    out["remaining_std"] = ("entry", [remaining[name].std for name in errors])
+    if PRESSING in errors:
+        out["pressed_pull_off_force"] = ratio * pull_off["pressed_pull_off_force"]
+    out.attrs = {"narrowing_source": step, "unseen_by": factor.source}
+    return out
 
 
 def _need_interval(scanned: xr.Dataset) -> None:
@@ -274,21 +282,25 @@ def _need_interval(scanned: xr.Dataset) -> None:
     )
 
 
-def _known_errors(
-    pull_off: xr.Dataset, scanned: xr.Dataset, unseen: KnownError, budget: xr.Dataset | None, noise: float | None
-) -> dict[str, KnownError]:
-    """Return the errors of the real pull-off by their sources; ``noise`` is the standard deviation by a second scan."""
+def _seen_errors(pull_off: xr.Dataset, scanned: xr.Dataset, budget: xr.Dataset | None) -> dict[str, KnownError]:
+    """Return the errors of the pull-off as scanned: of a budget, of its places, and of ranges by pressing."""
+    budgeted = {} if budget is None else read_errors(budget)
+    errors = {name: error for name, error in budgeted.items() if np.isfinite(error.std)}
     mean, low, high = (float(scanned[name]) for name in ("pull_off_force", "low", "high"))
-    errors = {PLACES: KnownError(np.log(mean / low), np.log(high / mean)), UNSEEN: unseen}
-    errors |= {name: symmetric_error(error) for name, error in _pair_errors(budget).items()}
-    if noise is not None:
-        errors[SECOND_SCAN_NOISE] = symmetric_error(noise)
-    if MESH not in errors or not np.isfinite(errors[MESH].below):
-        numerical = float(np.nan_to_num(mesh_error(pull_off)))
-        errors[MESH] = KnownError(numerical, numerical)
+    below, above = _distances(mean, low, high)
+    errors[PLACES] = errors.get(PLACES, KnownError())._replace(
+        below=below, above=above, places=int(scanned["places"]), tried_places=int(scanned["solved_places"])
+    )
+    if MESH not in errors:
+        errors[MESH] = symmetric_error(float(np.nan_to_num(mesh_error(pull_off))) / HALF_WIDTH)
     if pressed := pressed_means(pull_off):
-        errors[PRESSING] = KnownError(np.log(mean / pressed[0]), np.log(pressed[1] / mean))
+        errors[PRESSING] = KnownError(*_distances(mean, *pressed))
     return errors
+
+
+def _distances(mean: float, low: float, high: float) -> tuple[float, float]:
+    """Return the standard deviations of ln(mean) of which the ends of an interval are those of 95 %."""
+    return float(np.log(mean / low)) / HALF_WIDTH, float(np.log(high / mean)) / HALF_WIDTH
 
 
 def _after_second_scan(ds: xr.Dataset, finer: xr.Dataset | None, end: float) -> dict[str, KnownError]:
@@ -340,19 +352,20 @@ def _unseen_factor(
     finer: xr.Dataset | None,
     measured: xr.Dataset | None,
     force_std: float,
-) -> tuple[RoughnessFactor, float]:
-    """Return the effect of unseen roughness down to an end (nm), and the error of its ln by a second scan's noise."""
+) -> tuple[RoughnessFactor, dict[str, KnownError]]:
+    """Return the effect of unseen roughness down to an end (nm), and its errors, also by the noise of a second scan."""
     shown = _shown_wavelength(ds)
     unseen = one_scan_factor(unseen_octaves(shown, end))
-    noise = 0.0
+    errors = {}
     if finer is not None:
         second = second_scan(ds, finer)
         log, noise = second_scan_ratio(second, solved.attrs["law"])
         unseen = second_scan_factor(log, shown, second.shown_wavelength, end)
+        errors[SECOND_SCAN_NOISE] = symmetric_error(noise)
     if measured is not None and SHARE not in solved.coords and unseen.error.std > 0:
         by_forces = _measured_factor(measured, force_std)
         unseen = by_forces if finer is None else _combined_factor(unseen, by_forces)
-    return unseen, noise
+    return unseen, {UNSEEN: unseen.error} | errors
 
 
 def without_estimate(ds: xr.Dataset, reason: str) -> xr.Dataset:
@@ -378,14 +391,6 @@ def _refuse_resting(places: xr.Dataset, finer: xr.Dataset | None) -> None:
             "none",
             "on finer roughness a particle rolls on to other ones, and adheres up to several times as much",
         )
-
-
-def _pair_errors(budget: xr.Dataset | None) -> dict[str, float]:
-    """Return the standard deviations of ln(mean) by the entries of a budget other than the choice of places."""
-    if budget is None:
-        return {}
-    errors = budget["relative_std"].to_series().drop(SAMPLING, errors="ignore").dropna()
-    return {str(name): np.log1p(error) for name, error in errors.items()}
 
 
 def unseen_octaves(longest: float, end: float) -> float:
@@ -431,9 +436,8 @@ def _measured_factor(measured: xr.Dataset, force_std: float) -> RoughnessFactor:
     if not np.isfinite([ratio, low, high]).all():
         raise Refusal("measured", "an interval of the ratio", "none", "measure more places")
     scatter = np.log(high / low) / (2 * HALF_WIDTH)
-    return RoughnessFactor(
-        float(np.log(ratio)), *symmetric_error(total_std([scatter, force_std, _TRANSFER_ERROR])), MEASURED
-    )
+    distance = HALF_WIDTH * float(np.hypot.reduce([scatter, force_std, _TRANSFER_ERROR]))
+    return RoughnessFactor(float(np.log(ratio)), distance, distance, MEASURED)
 
 
 def _combined_factor(first: RoughnessFactor, second: RoughnessFactor) -> RoughnessFactor:

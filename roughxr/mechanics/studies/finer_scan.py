@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from ..scans.editing import on_square_pixels
@@ -110,30 +111,20 @@ def _compare(ds: xr.Dataset, shown: xr.Dataset, raw: xr.Dataset) -> None:
     ``shown`` is the second scan on the pixels of the first, ``raw`` the same with its noise and its plane.
     """
     sides = [min(shown.sizes[axis], ds.sizes[axis]) for axis in "xy"]
-    starts = [range(0, ds.sizes[axis] - side + 1, max(side // 2, 1)) for axis, side in zip("xy", sides)]
-    parts = [
-        _measures(ds.isel(x=slice(i, i + sides[0]), y=slice(j, j + sides[1]))) for i in starts[0] for j in starts[1]
-    ]
+    parts = _measures_of_parts(ds, sides)
     second = _measures(shown) | {"tilt": _measures(raw)["tilt"]}
+    for name in ("rms of heights", "rms of slopes"):
+        _refuse_other_surface(name, second[name], parts[name])
     count = ds.sizes["x"] * ds.sizes["y"] / (sides[0] * sides[1])
     is_upside_down = _upside_down_log_odds(parts, count, second, sides[0] * sides[1]) > np.log(_DOUBTFUL_ODDS)
     doubts = []
     for name, value in second.items():
-        values = [part[name] for part in parts]
-        low = min(values)
-        high = max(values)
+        low = parts[name].min()
+        high = parts[name].max()
         ratio = _DOUBTFUL_RATIO.get(name, 1.0)
-        if name in ("rms of heights", "rms of slopes") and not low / _LARGEST_RATIO <= value <= high * _LARGEST_RATIO:
-            raise Refusal(
-                "finer",
-                f"a scan of the same surface, whose parts as large as this have {name.removeprefix('rms of ')} of rms "
-                f"{_words(name, low)} to {_words(name, high)} at equal pixels",
-                _words(name, value),
-            )
+        is_doubtful = value > high * ratio or (name != "tilt" and value < low / ratio)
         if name in _SKEWNESSES:
-            is_doubtful = is_upside_down and value * np.mean(values) < 0
-        else:
-            is_doubtful = value > high * ratio or (name != "tilt" and value < low / ratio)
+            is_doubtful = is_upside_down and value * parts[name].mean() < 0
         if is_doubtful:
             doubts.append(f"{name} {_words(name, value)} instead of {_words(name, low)} to {_words(name, high)}")
     if doubts:
@@ -144,16 +135,37 @@ def _compare(ds: xr.Dataset, shown: xr.Dataset, raw: xr.Dataset) -> None:
         )
 
 
-def _upside_down_log_odds(parts: list[dict[str, float]], count: float, second: dict[str, float], pixels: int) -> float:
+def _measures_of_parts(ds: xr.Dataset, sides: list[int]) -> pd.DataFrame:
+    """Return the measures of all parts of a scan with these sides (pixels), which overlap by half, a row each."""
+    starts = [range(0, ds.sizes[axis] - side + 1, max(side // 2, 1)) for axis, side in zip("xy", sides)]
+    return pd.DataFrame(
+        [_measures(ds.isel(x=slice(i, i + sides[0]), y=slice(j, j + sides[1]))) for i in starts[0] for j in starts[1]]
+    )
+
+
+def _refuse_other_surface(name: str, value: float, of_parts: pd.Series) -> None:
+    """Raise if a measure of the second scan is far from that of all parts of the first one."""
+    low = of_parts.min()
+    high = of_parts.max()
+    if low / _LARGEST_RATIO <= value <= high * _LARGEST_RATIO:
+        return
+    raise Refusal(
+        "finer",
+        f"a scan of the same surface, whose parts as large as this have {name.removeprefix('rms of ')} of rms "
+        f"{_words(name, low)} to {_words(name, high)} at equal pixels",
+        _words(name, value),
+    )
+
+
+def _upside_down_log_odds(parts: pd.DataFrame, count: float, second: dict[str, float], pixels: int) -> float:
     """Return ln of the odds that a second scan is upside down, by Student's t of a count of independent parts."""
     if count < 2:
         return 0.0
     log = 0.0
     least = 6 / pixels  # variance of the skewness of as many normally distributed heights
     for name in _SKEWNESSES:
-        values = [part[name] for part in parts]
-        mean = np.mean(values)
-        scale = max(float(np.var(values, ddof=1)), least) * (1 + 1 / count) * (count - 1)
+        mean = parts[name].mean()
+        scale = max(float(parts[name].var()), least) * (1 + 1 / count) * (count - 1)
         upright, inverted = (np.log1p((sign * second[name] - mean) ** 2 / scale) for sign in (1, -1))
         log += float(0.5 * count * (upright - inverted))
     return log

@@ -1,9 +1,9 @@
 """An error budget of the simulated pull-off: the known uncertainties of its mean, and their sources.
 
-Each entry is a relative standard deviation of the mean pull-off, with its own standard error. The entry of sampling is
-the standard error of the mean over places of this scan. Every other entry is the change of the mean, over a sample of
-places, when one assumption is changed by about its uncertainty. A known bias, as from the mesh to a mesh twice as fine,
-is subtracted from the mean, and a part of it is its entry. An entry that was not computed is NaN and states the reason.
+Each entry is a standard deviation of ln(mean pull-off), with its own standard error. The entry of places is the
+standard error of the mean over the places of this scan. Every other entry is ln(1 + |change of the mean|), over a
+sample of places, when one assumption is changed by about its uncertainty. A known bias, as from the mesh to a mesh
+twice as fine, is subtracted from the mean, and a part of it is its entry. An entry that was not computed is NaN.
 
 Roughness finer than the scan is not an entry, since its heights are unknown rather than uncertain: see `extrapolated`.
 """
@@ -11,7 +11,6 @@ Roughness finer than the scan is not an entry, since its heights are unknown rat
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -28,7 +27,18 @@ from ..statistics.means import mesh_error
 from ..statistics.sampling import place_order, shares, weighted_by_landing_share
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
-from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, MESH, RANGE, SAMPLING, THIN, total_std
+from ..vocabulary.error_sources import (
+    CHANGED,
+    ERROR_SOURCES,
+    MESH,
+    PLACES,
+    RANGE,
+    THIN,
+    KnownError,
+    error_table,
+    symmetric_error,
+    total_error,
+)
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 from ..vocabulary.units import Places, whole_number
@@ -38,27 +48,6 @@ from .budget_changes import Base, Change, FactorCase, changes, mean_change, need
 #: Part of a known bias that is counted as uncertainty, of the mesh about the change by still finer meshes: their order
 #: of convergence lies between one and two.
 _BIAS_PART = 0.5
-
-
-class _Entry(NamedTuple):
-    """One entry: the change of the mean, and how it was computed or why it was not."""
-
-    change: Change
-    how: str
-    bias: bool = False
-    slope: float = np.nan  # d ln F / d ln parameter
-    part: float = _BIAS_PART  # of a bias, as uncertainty
-
-    @property
-    def value(self) -> float:
-        """The relative standard deviation; of a bias, a part of it combined with its standard error."""
-        if self.bias:
-            return float(np.hypot(self.part * self.change.value, np.nan_to_num(self.change.error)))
-        return abs(self.change.value)
-
-
-def _not_computed(why: str) -> _Entry:
-    return _Entry(Change(np.nan, np.nan, 0), f"not computed: {why}")
 
 
 @schema.recorded
@@ -95,11 +84,12 @@ def error_budget(
     Returns
     -------
     Dataset
-        Along ``entry``, the factors, ``"sampling"``, and for a humid pair the error of the law of thin menisci:
-        ``relative_std``, and its own ``standard_error`` by the scatter over places; ``pull_off_change``, with its
-        sign; ``known_bias``, whether it is subtracted; ``slope``, d ln F/d ln parameter, if the change multiplies a
-        parameter; ``places`` at which it is known, and ``how``. ``total_std``, the root of the sum of squares of all
-        computed entries, and ``total_standard_error``; ``pull_off_mean`` (nN), that of `adhesive`, and
+        Along ``entry``, the factors, ``"places"``, and for a humid pair the error of the law of thin menisci:
+        ``relative_std``, the standard deviation of ln(mean), and its own ``standard_error`` by the scatter over places;
+        ``pull_off_change``, relative, with its sign, and the ``setting`` that gives it; ``known_bias``, whether it is
+        subtracted; ``slope``, d ln F/d ln parameter, if the change multiplies a parameter; ``places`` at which it is
+        known, of the ``tried_places``; the ``reason`` why it is not known. ``total_std``, the root of the sum of
+        squares of all computed entries, and ``total_standard_error``; ``pull_off_mean`` (nN), that of `adhesive`, and
         ``pull_off_corrected``, without known biases. Each change is solved at ``changed_places`` of the
         ``solved_places`` (attributes).
 
@@ -111,8 +101,9 @@ def error_budget(
     Notes
     -----
     For a factor that is changed both up and down, the larger change is used. The changes are taken as independent, each
-    as one standard deviation; the entry of sampling is s/√n, n the number of independent places. The entry of a known
-    bias is half of it, that of a mesh without range 1.5 times it, combined with its standard error.
+    as one standard deviation: that of ln(mean) is ln(1 + |change|). The entry of places is s/√n over the mean, n the
+    number of independent places. The entry of a known bias is that of half of it, of a mesh without range of 1.5 times
+    it, combined with its standard error.
 
     References
     ----------
@@ -124,8 +115,8 @@ def error_budget(
     >>> scan = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
     >>> budget = scan.contact.error_budget(settings={"work of adhesion": [0.9, 1.1]}, places=1, law="jkr")
-    >>> bool(budget.relative_std.sel(entry="work of adhesion") > 0.05), budget.how.sel(entry="mesh").item()
-    (True, 'not computed: left out of the settings')
+    >>> bool(budget.relative_std.sel(entry="work of adhesion") > 0.05), budget.setting.sel(entry="modulus").item()
+    (True, '')
     """
     ds = schema.validate(ds, "scan")
     count = whole_number(places, "places", least=1)
@@ -151,120 +142,87 @@ def budget_of(
     ``finer``, if given, is the simulation at some of the places with cells and steps halved, for the entry of the mesh.
     """
     usual = pair_factors(ds)
-    by_default = settings is None
+    deviation = range_deviation(ds) if settings is None else None
     settings = {name: usual[name] for name in usual if name in only} if settings is None else dict(settings)
     pulls = solved["pull_off_force"]
     law = solved.attrs["law"]
-    entries: dict[str, _Entry] = {}
     mean = float(weighted_by_landing_share(pulls).mean())
-    if finer is not None and MESH in settings:
+    errors = {PLACES: _error_of_places(pulls)}
+    if MESH in settings and (finer is not None or not solved["mesh"].any()):
         del settings[MESH]
-        entries[MESH] = _entry(MESH, [_on_finer_mesh(solved, finer)], finer.sizes["subregion"], law)
-    elif MESH in settings and not solved["mesh"].any():
-        del settings[MESH]
-        how = "stated errors of places, by points, interpolation and the shape of the edge"
-        entries[MESH] = _Entry(Change(mesh_error(solved), np.nan, pulls.size), how)
+        errors[MESH] = _stated_mesh_error(solved) if finer is None else _on_finer_mesh(solved, finer)
     sampled = regions.sample(solved, places)
+    base = _base(ds, solved, sampled, preload=preload, mesh=mesh)
+    cases = changes(base, regions.centres(ds, sampled), settings, pull=mean, meshes=sampled["mesh"].values)
+    count = sampled.sizes["subregion"]
+    for name in dict.fromkeys([*usual, *settings]):
+        of_factor = [case for case in cases if case.factor == name]
+        errors.setdefault(name, _error_of_factor(name, of_factor, count, law, deviation if name == RANGE else None))
+    if schema.is_humid(ds):
+        errors[THIN] = _thin_menisci(ds, solved)
+    total = total_error(errors.values())
+    out = error_table(errors).assign(
+        total_std=total.std,
+        total_standard_error=total.standard_error,
+        pull_off_mean=mean,
+        pull_off_corrected=mean * (1 + total.pull_off_change),
+    )
+    out["standard_error"].attrs["units"] = "1"
+    out = out.assign_coords(schema.pair_coordinates(ds))
+    out.attrs = {"law": law, "changed_places": count, "solved_places": solved.sizes["subregion"]}
+    return schema.label(out)
+
+
+def _base(ds: xr.Dataset, solved: xr.Dataset, sampled: xr.Dataset, *, preload: float, mesh: Mesh) -> Base:
+    """Return the simulation at a sample of places to which changes are compared."""
+    law = solved.attrs["law"]
     bare = ds.assign_coords(adhesion_range=read_pair(ds).range)
     cells = int(np.quantile(solved["mesh"], 0.5, method="higher"))
     if not ADHESION_LAWS[law].has_edge:
         cells = min(needed_cells(bare, preload, law), int(solved["mesh"].max()))
-    count = sampled.sizes["subregion"]
-    base = Base(bare, preload, law, np.full(count, cells), longest_step(specimen_of(ds), mesh))
-    cases = changes(base, regions.centres(ds, sampled), settings, pull=mean, meshes=sampled["mesh"].values)
-    for name in dict.fromkeys([*usual, *settings]):
-        entries.setdefault(name, _entry(name, [case for case in cases if case.factor == name], count, law))
-    if by_default:
-        entries[RANGE] = _scaled(entries[RANGE], range_deviation(ds))
-    if schema.is_humid(ds):
-        entries[THIN] = _thin_menisci(ds, solved)
-    return _labelled(ds, solved, {SAMPLING: _sampling(pulls)} | entries, mean, count)
+    step = longest_step(specimen_of(ds), mesh)
+    return Base(bare, preload, law, np.full(sampled.sizes["subregion"], cells), step)
 
 
-def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], mean: float, count: int) -> xr.Dataset:
-    """Return the entries and their total as a Dataset."""
-    columns = {
-        "relative_std": [entry.value for entry in entries.values()],
-        "standard_error": [entry.change.error for entry in entries.values()],
-        "pull_off_change": [np.nan if name == SAMPLING else entry.change.value for name, entry in entries.items()],
-        "slope": [entry.slope for entry in entries.values()],
-        "known_bias": [entry.bias for entry in entries.values()],
-        "places": [entry.change.places for entry in entries.values()],
-        "how": [entry.how for entry in entries.values()],
-    }
-    total, total_deviation = _total(entries)
-    scalars = {
-        "total_std": total,
-        "total_standard_error": total_deviation,
-        "pull_off_mean": mean,
-        "pull_off_corrected": mean * np.prod([1 + np.nan_to_num(e.change.value) for e in entries.values() if e.bias]),
-    }
-    out = xr.Dataset({name: ("entry", values) for name, values in columns.items()} | scalars, {"entry": list(entries)})
-    out["standard_error"].attrs["units"] = "1"
-    out = out.assign_coords(schema.pair_coordinates(ds))
-    out.attrs = {"law": solved.attrs["law"], "changed_places": count, "solved_places": solved.sizes["subregion"]}
-    return schema.label(out)
+def _error_by_change(change: Change, bias_part: float | None = None, **basis) -> KnownError:
+    """Return the error by a change of the mean, of a known bias by a part of it and its standard error."""
+    size = abs(change.value)
+    if bias_part is not None:
+        size = float(np.hypot(bias_part * change.value, np.nan_to_num(change.error)))
+    return symmetric_error(
+        np.log1p(size),
+        standard_error=change.error / (1 + size),
+        pull_off_change=change.value,
+        known_bias=bias_part is not None,
+        places=change.places,
+        **basis,
+    )
 
 
-def _total(entries: Mapping[str, _Entry]) -> tuple[float, float]:
-    """Return the root of the sum of squares of all computed entries, and its standard error.
-
-    The square of a normal number of mean m and deviation s has the variance 4 m² s² + 2 s⁴.
-    """
-    computed = np.array([(entry.value, entry.change.error) for entry in entries.values() if np.isfinite(entry.value)])
-    if not computed.size:
-        return np.nan, np.nan
-    value, error = computed.T
-    total = total_std(value)
-    return total, float(np.sqrt(((value**2 + 0.5 * error**2) * error**2).sum())) / max(total, 1e-300)
-
-
-def _on_finer_mesh(solved: xr.Dataset, finer: xr.Dataset) -> FactorCase:
-    """Return the change of the pull-off at the places of a simulation with cells and steps halved."""
-    base = solved.isel(subregion=place_order(finer, solved))
-    change = mean_change(finer["pull_off_force"].values, base["pull_off_force"].values, shares(base).values)
-    return FactorCase(MESH, 2, "2", change)
-
-
-def _sampling(force: xr.DataArray) -> _Entry:
-    """Return the uncertainty from the choice of places on this surface."""
-    count = int(force.notnull().sum())
-    if count < 2:
-        return _not_computed(f"needs at least two places that adhere, found {count}")
-    intervals = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean", "std"])
-    independent = float(intervals["independent_places"])
-    mean, deviation = (float(intervals["estimate"].sel(statistic=name)) for name in ("mean", "std"))
-    value = deviation / np.sqrt(independent) / mean
-    how = f"standard error of the mean over {count} places, equivalent to {independent:.3g} independent ones"
-    error = value / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation
-    return _Entry(Change(value, float(error), count), how)
-
-
-def _entry(factor: str, cases: Sequence[FactorCase], count: int, law: str) -> _Entry:
-    """Return the largest change among a factor's settings, solved at ``count`` places."""
+def _error_of_factor(
+    factor: str, cases: Sequence[FactorCase], tried: int, law: str, deviation: float | None = None
+) -> KnownError:
+    """Return the error by the largest change among a factor's settings, or by their slope for another deviation."""
+    known = [case for case in cases if case.change.places]
+    if not known:
+        return KnownError(tried_places=tried * len(cases), reason=cases[0].reason if cases else "")
+    largest = max(known, key=lambda case: abs(case.change.value))
+    slope = _slope(factor, known)
+    change = largest.change
+    setting = largest.words
+    if deviation is not None and change.value:
+        change = _scaled(change, slope, deviation)
+        setting = f"× {deviation:.3g}"
     # without range the order of convergence on soft rough bodies is a half
-    part = _BIAS_PART if ADHESION_LAWS[law].has_range else 1.5
-    solved = [case for case in cases if case.change.places]
-    if not solved:
-        return _not_computed(cases[0].reason if cases else "left out of the settings")
-    change = max((case.change for case in solved), key=lambda change: abs(change.value))
-    how = ERROR_SOURCES[factor].words.format(" and ".join(case.words for case in solved))
-    # least effect of a tip that the scan's pixels resolve: a sharper tip's flanks are steeper than all slopes
-    if factor == "tip radius" and abs(change.value) < 1e-4:
-        how += " (the pixels are too coarse to show it)"
-    if factor == MESH:
-        how += f"; this known bias is subtracted from the mean, and {part:g} times its size counts as error"
-    return _Entry(change, f"{how}; {_count(change.places, count)}", factor == MESH, _slope(factor, solved), part)
+    mesh_part = _BIAS_PART if ADHESION_LAWS[law].has_range else 1.5
+    part = mesh_part if factor == MESH else None
+    return _error_by_change(change, part, slope=slope, tried_places=tried, setting=setting)
 
 
-def _scaled(entry: _Entry, deviation: float) -> _Entry:
-    """Return the entry of a parameter that changes by this factor up or down, by its slope; unchanged without one."""
-    if not entry.change.value:
-        return entry
-    larger = float(np.sign(entry.slope) * np.expm1(abs(entry.slope) * np.log(deviation)))
-    error = entry.change.error * abs(larger / entry.change.value)
-    how = f"{entry.how}; scaled to × {deviation:g}"
-    return entry._replace(change=Change(larger, error, entry.change.places), how=how)
+def _scaled(change: Change, slope: float, deviation: float) -> Change:
+    """Return the change of a parameter by this factor up or down, by its slope."""
+    larger = float(np.sign(slope) * np.expm1(abs(slope) * np.log(deviation)))
+    return Change(larger, change.error * abs(larger / change.value), change.places)
 
 
 def _slope(factor: str, cases: Sequence[FactorCase]) -> float:
@@ -276,22 +234,43 @@ def _slope(factor: str, cases: Sequence[FactorCase]) -> float:
     return float(change[0] / ratio[0]) if len(cases) == 1 else float(np.polyfit(ratio, change, 1)[0])
 
 
-def _count(places: int, tried: int) -> str:
-    return f"{places} place{'s' * (places > 1)}" + f", {tried - places} more have no result" * (places < tried)
+def _stated_mesh_error(solved: xr.Dataset) -> KnownError:
+    """Return the error that a simulation states of its places."""
+    count = solved.sizes["subregion"]
+    return symmetric_error(np.log1p(mesh_error(solved)), places=count, tried_places=count)
 
 
-def _thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
+def _on_finer_mesh(solved: xr.Dataset, finer: xr.Dataset) -> KnownError:
+    """Return the error by the change at the places of a simulation with cells and steps halved."""
+    base = solved.isel(subregion=place_order(finer, solved))
+    change = mean_change(finer["pull_off_force"].values, base["pull_off_force"].values, shares(base).values)
+    return _error_of_factor(MESH, [FactorCase(MESH, 2, "2", change)], finer.sizes["subregion"], solved.attrs["law"])
+
+
+def _error_of_places(force: xr.DataArray) -> KnownError:
+    """Return the standard error of the mean by the choice of places on this surface."""
+    count = int(force.notnull().sum())
+    if count < 2:
+        return KnownError(places=count, tried_places=force.size)
+    intervals = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean", "std"])
+    independent = float(intervals["independent_places"])
+    mean, deviation = (float(intervals["estimate"].sel(statistic=name)) for name in ("mean", "std"))
+    std = deviation / np.sqrt(independent) / mean
+    error = std / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation
+    return symmetric_error(std, standard_error=float(error), places=count, tried_places=force.size)
+
+
+def _thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> KnownError:
     """Return the excess by the law of thin menisci, between rigid bodies at a few places."""
     # places at which the error of thin menisci is computed
     sampled = regions.sample(regions.centres(ds, solved), 4)
+    tried = sampled.sizes["subregion"]
     errors = without_warnings(rigid, ds, subregions=sampled, delta=[0.0])["meniscus_error"].values
     errors = errors[np.isfinite(errors)]
     if errors.size == 0:
-        return _not_computed("the error of thin menisci is known at no place")
+        return KnownError(tried_places=tried)
     error = float(errors.std(ddof=1) / np.sqrt(errors.size)) if errors.size > 1 else np.nan
-    how = "the energy of menisci's edges, which their law neglects, between rigid bodies; subtracted from the mean"
-    change = Change(-float(errors.mean()), error, errors.size)
-    return _Entry(change, f"{how}; {_count(errors.size, sampled.sizes['subregion'])}", bias=True)
+    return _error_by_change(Change(-float(errors.mean()), error, errors.size), _BIAS_PART, tried_places=tried)
 
 
 def _need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> None:

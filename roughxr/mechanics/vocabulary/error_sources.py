@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
-#: Keys of the sources that are no change of an assumption: the choice of places, in the best estimate and in the
-#: budget; the roughness that the scan does not show; the energy that the law of thin menisci neglects; how hard the
-#: sphere was pressed, where a pull-off is a range.
+#: Keys of the sources that are no change of an assumption: the choice of places; the roughness that the scan does not
+#: show; the energy that the law of thin menisci neglects; how hard the sphere was pressed, where a pull-off is a range.
 PLACES = "places"
-SAMPLING = "sampling"
 UNSEEN = "unseen roughness"
 SECOND_SCAN_NOISE = "noise of the second scan"
 THIN = "thin menisci"
@@ -47,7 +47,6 @@ class ErrorSource(NamedTuple):
 
     remedy: str  # empty if nothing narrows it
     settings: tuple = ()  # changes by about one standard deviation; empty if the error is no change of an assumption
-    words: str = ""  # of a change
     is_ratio: bool = False  # the setting multiplies a parameter, so that the pull-off has a slope with it
     is_of_scan: bool = False  # of the surface and its simulation; else of the pair of bodies
     label: str = ""  # in a sentence, where the key is not
@@ -57,40 +56,25 @@ class ErrorSource(NamedTuple):
 #: cells and eight times the time. Modulus and radius are changed in one direction only, which saves a sixth of the time
 #: without a change of the result.
 ERROR_SOURCES = {
-    MESH: ErrorSource("a finer mesh", (2,), "cells and steps smaller by a factor of {}", is_of_scan=True),
-    "preload": ErrorSource("a measured preload", (0.1,), "preload {}", is_of_scan=True),
-    "levelling": ErrorSource(
-        "a larger scan, whose background is known", ("quadratic",), "another levelling: {}", is_of_scan=True
-    ),
-    "interpolation": ErrorSource(
-        "a scan with finer pixels", ("splines",), "heights between pixels interpolated by {}", is_of_scan=True
-    ),
-    "tip radius": ErrorSource(
-        "a sharper tip", (TIP_RADIUS,), "effect of a tip of {} radius removed from the scan", is_of_scan=True
-    ),
-    "noise": ErrorSource(
-        "less noise, by several scans or a slower one",
-        (1.0,),
-        "noise of {} added, as much as neighbouring lines allow",
-        is_of_scan=True,
-    ),
-    RANGE: ErrorSource("a known adhesion range of this pair", (4 / 3,), "range of adhesion {}", True),
+    MESH: ErrorSource("a finer mesh", (2,), is_of_scan=True),
+    "preload": ErrorSource("a measured preload", (0.1,), is_of_scan=True),
+    "levelling": ErrorSource("a larger scan, whose background is known", ("quadratic",), is_of_scan=True),
+    "interpolation": ErrorSource("a scan with finer pixels", ("splines",), is_of_scan=True),
+    "tip radius": ErrorSource("a sharper tip", (TIP_RADIUS,), is_of_scan=True),
+    "noise": ErrorSource("less noise, by several scans or a slower one", (1.0,), is_of_scan=True),
+    RANGE: ErrorSource("a known adhesion range of this pair", (4 / 3,), is_ratio=True),
     "work of adhesion": ErrorSource(
-        "a measured work of adhesion of this pair, for example by pull-off forces",
-        (0.8, 1.2),
-        "work of adhesion {}",
-        True,
+        "a measured work of adhesion of this pair, for example by pull-off forces", (0.8, 1.2), is_ratio=True
     ),
-    "modulus": ErrorSource("a measured modulus of the softer body", (1.1,), "contact modulus {}", True),
-    "layer thickness": ErrorSource("a measured thickness of the layer", (0.9, 1.1), "layer thickness {}", True),
-    "sphere radius": ErrorSource("a measured radius of the sphere", (1.05,), "radius {}", True),
-    "hardness": ErrorSource("a measured hardness of the softer body", (0.75, 1.25), "hardness {}", True),
-    "humidity": ErrorSource("a measured humidity", (-0.05, 0.05), "humidity {}"),
-    "contact angle": ErrorSource("measured contact angles", (-5.0, 5.0), "contact angles {}"),
+    "modulus": ErrorSource("a measured modulus of the softer body", (1.1,), is_ratio=True),
+    "layer thickness": ErrorSource("a measured thickness of the layer", (0.9, 1.1), is_ratio=True),
+    "sphere radius": ErrorSource("a measured radius of the sphere", (1.05,), is_ratio=True),
+    "hardness": ErrorSource("a measured hardness of the softer body", (0.75, 1.25), is_ratio=True),
+    "humidity": ErrorSource("a measured humidity", (-0.05, 0.05)),
+    "contact angle": ErrorSource("measured contact angles", (-5.0, 5.0)),
     PRESSING: ErrorSource("a stated preload", is_of_scan=True),
-    PLACES: ErrorSource("more places, or a larger scan"),
+    PLACES: ErrorSource("more places, or a larger scan", label="choice of places"),
     THIN: ErrorSource(""),
-    SAMPLING: ErrorSource("more places, or a larger scan", label="choice of places"),
     UNSEEN: ErrorSource("a second scan{width} on pixels of {pixels}"),
     SECOND_SCAN_NOISE: ErrorSource("a second scan with less noise", is_of_scan=True),
 }
@@ -106,27 +90,63 @@ CHANGED = tuple(name for name, source in ERROR_SOURCES.items() if source.setting
 
 
 class KnownError(NamedTuple):
-    """Distances of ln(mean) from the ends of its 95 % interval, by one error or by several."""
+    """An error of the mean pull-off by one source, or by several, and from what it was computed.
 
-    below: float
-    above: float
+    The fields from the third on are the variables of an error budget along ``entry``, under the same names.
+    """
+
+    below: float = np.nan  # standard deviation of ln(mean) towards smaller values
+    above: float = np.nan  # and towards larger ones
+    standard_error: float = np.nan  # of the standard deviation
+    pull_off_change: float = np.nan  # relative, with its sign
+    slope: float = np.nan  # d ln(mean) / d ln(parameter)
+    known_bias: bool = False  # the change is subtracted from the mean
+    places: int = 0  # at which the change is known
+    tried_places: int = 0
+    setting: str = ""  # of the change, a quantity or a key
+    reason: str = ""  # of an error that is not known
 
     @property
     def std(self) -> float:
-        """The standard deviation of ln(mean), if both ends were equally far."""
-        return (self.below + self.above) / (2 * HALF_WIDTH)
+        """The mean of both standard deviations."""
+        return (self.below + self.above) / 2
+
+    def interval(self, mean: float) -> tuple[float, float]:
+        """Return the ends of the 95 % interval of a mean with this error."""
+        return mean * float(np.exp(-HALF_WIDTH * self.below)), mean * float(np.exp(HALF_WIDTH * self.above))
 
 
-def symmetric_error(deviation: float) -> KnownError:
+#: The fields of an error that are variables.
+_VARIABLES = KnownError._fields[2:]
+
+
+def symmetric_error(std: float, **basis) -> KnownError:
     """Return the error of a standard deviation of ln(mean)."""
-    return KnownError(HALF_WIDTH * deviation, HALF_WIDTH * deviation)
+    return KnownError(std, std, **basis)
 
 
-def total_error(*errors: KnownError) -> KnownError:
-    """Return the error by several independent ones."""
-    return KnownError(*np.hypot.reduce(errors).tolist())
+def total_error(errors: Iterable[KnownError]) -> KnownError:
+    """Return the error by several independent sources, and the sum of their biases; unknown errors are left out."""
+    known = [error for error in errors if np.isfinite(error.std)]
+    if not known:
+        return KnownError(pull_off_change=0.0)
+    below, above = np.hypot.reduce([(error.below, error.above) for error in known]).tolist()
+    std, standard_error = np.array([(error.std, error.standard_error) for error in known]).T
+    # the square of a normal number of mean m and deviation s has the variance 4 m² s² + 2 s⁴
+    spread = np.sqrt(((std**2 + 0.5 * standard_error**2) * standard_error**2).sum())
+    bias = np.prod([1 + error.pull_off_change for error in known if error.known_bias]) - 1
+    return KnownError(below, above, float(spread) / max((below + above) / 2, 1e-300), float(bias))
 
 
-def total_std(deviations: Any) -> float:
-    """Return the standard deviation by several independent ones; unknown ones are left out."""
-    return float(np.hypot.reduce(np.nan_to_num(deviations)))
+def error_table(errors: Mapping[str, KnownError]) -> xr.Dataset:
+    """Return errors by their sources as variables along ``entry``."""
+    columns = {"relative_std": [error.std for error in errors.values()]}
+    columns |= {name: [getattr(error, name) for error in errors.values()] for name in _VARIABLES}
+    return xr.Dataset({name: ("entry", values) for name, values in columns.items()}, {"entry": list(errors)})
+
+
+def read_errors(ds: xr.Dataset) -> dict[str, KnownError]:
+    """Return the errors of a result of `error_budget` or `extrapolated` by their sources, both sides equal."""
+    names = [name for name in _VARIABLES if name in ds]
+    rows = zip(ds["entry"].values, ds["relative_std"].values, *(ds[name].values for name in names))
+    return {str(entry): symmetric_error(std, **dict(zip(names, row))) for entry, std, *row in rows}
