@@ -38,9 +38,9 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     ends: dict[str, Any] = {"xerr": [np.minimum(std, error), error], "ecolor": GREY, "error_kw": {"elinewidth": 1.2}}
     bars = ax.barh(rows, std, height=0.62, color=colors, **ends)
     ax.bar_label(bars, [_words(entry) for entry in entries.values()], padding=3, fontsize=SMALL - 0.5)
-    if "remaining_std" in ds:
-        remaining = 100 * ds["remaining_std"].values
-        is_remedied = remaining < std[:-1]
+    remaining = 100 * ds["remaining_std"].values if "remaining_std" in ds else std[:-1]
+    is_remedied = remaining < std[:-1]
+    if is_remedied.any():
         mark: dict[str, Any] = {
             "linestyle": "none",
             "markersize": 7,
