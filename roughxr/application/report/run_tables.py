@@ -85,7 +85,7 @@ def _basis(name: str, error: KnownError, facts: Mapping[str, Any]) -> str:
     """Return how an error was computed, or why it was not."""
     values = {
         **facts,
-        "setting": error.setting,
+        "setting": error.setting.replace("-", "−"),
         "reason": error.reason,
         "number_of_places": error.places,
         "several_places": error.places > 1,

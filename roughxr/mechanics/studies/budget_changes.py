@@ -52,11 +52,10 @@ class Base(NamedTuple):
 
 
 class FactorCase(NamedTuple):
-    """A factor at one of its settings: in words, with its change, or the reason why that is unknown."""
+    """A factor at one of its settings, with its change, or the reason why that is unknown."""
 
     factor: str
     setting: Any
-    words: str
     change: Change = Change(np.nan, np.nan, 0)
     reason: str = ""
 
@@ -74,10 +73,10 @@ def changes(
     for factor, values in settings.items():
         for value in values:
             try:
-                setting, pairs[len(cases)] = without_warnings(_changed_and_reference, base, factor, value, pull, meshes)
-                cases.append(FactorCase(factor, value, setting))
+                pairs[len(cases)] = without_warnings(_changed_and_reference, base, factor, value, pull, meshes)
+                cases.append(FactorCase(factor, value))
             except Refusal as refusal:
-                cases.append(FactorCase(factor, value, str(value), reason=str(refusal)))
+                cases.append(FactorCase(factor, value, reason=str(refusal)))
     print_line(f"error budget: {len(pairs)} changes at {places.sizes['subregion']} places")
     weight = shares(places).values
     solved = _solved([case_base for pair in pairs.values() for case_base in pair], places, base.ds)
@@ -131,29 +130,27 @@ def mean_change(force: np.ndarray, base: np.ndarray, weight: np.ndarray) -> Chan
     return Change(change, float(np.sqrt((off**2).sum() * n / (n - 1))) / mean if n > 1 else np.nan, n)
 
 
-def _changed_and_reference(
-    base: Base, factor: str, value: Any, pull: float, meshes: np.ndarray
-) -> tuple[str, tuple[Base, Base]]:
-    """Return a setting in words, the changed case and its reference; raise if the setting is impossible."""
+def _changed_and_reference(base: Base, factor: str, value: Any, pull: float, meshes: np.ndarray) -> tuple[Base, Base]:
+    """Return the changed case and its reference; raise if the setting is impossible."""
     if factor == MESH:
         if (meshes * value > MOST_REFINED).all():
             raise Refusal(factor, f"at most {MOST_REFINED} cells per pixel", float(value * meshes.min()))
         reference = base._replace(cells=meshes)
-        return str(value), (reference._replace(cells=value * meshes, step=base.step / value), reference)
+        return reference._replace(cells=value * meshes, step=base.step / value), reference
     if factor == "preload":
         if not np.isfinite(pull):
             raise Refusal(factor, "a place at which the sphere adheres", "none")
-        return f"+ {value * pull:.3g} nN", (base._replace(preload=base.preload + value * pull), base)
+        return base._replace(preload=base.preload + value * pull), base
     if factor == "interpolation":
         reference = base._replace(cells=np.where(base.cells == 1, 2, base.cells))
-        return value, (reference._replace(splined=True), reference)
+        return reference._replace(splined=True), reference
     if factor == RANGE and not ADHESION_LAWS[base.law].has_range:
         raise Refusal(factor, "a law that has a range", base.law)
-    setting, ds = CHANGES[factor](base.ds, value)
+    ds = CHANGES[factor](base.ds, value)
     # largest size of the cells over the size that a law needs; larger cells are refined
     finer = 0 if ADHESION_LAWS[base.law].has_edge else needed_cells(ds, base.preload, base.law, 1.25)
     reference = base._replace(cells=np.maximum(base.cells, finer))
-    return setting, (reference._replace(ds=ds), reference)
+    return reference._replace(ds=ds), reference
 
 
 def needed_cells(ds: xr.Dataset, preload: float, law: str, slack: float = 1.0) -> int:

@@ -209,14 +209,15 @@ def _error_of_factor(
     largest = max(known, key=lambda case: abs(case.change.value))
     slope = _slope(factor, known)
     change = largest.change
-    setting = largest.words
+    setting = largest.setting
     if deviation is not None and change.value:
         change = _scaled(change, slope, deviation)
-        setting = f"× {deviation:.3g}"
+        setting = deviation
+    text = setting if isinstance(setting, str) else f"{setting:g}"
     # without range the order of convergence on soft rough bodies is a half
     mesh_part = _BIAS_PART if ADHESION_LAWS[law].has_range else 1.5
     part = mesh_part if factor == MESH else None
-    return _error_by_change(change, part, slope=slope, tried_places=tried, setting=setting)
+    return _error_by_change(change, part, slope=slope, tried_places=tried, setting=text)
 
 
 def _scaled(change: Change, slope: float, deviation: float) -> Change:
@@ -244,7 +245,7 @@ def _on_finer_mesh(solved: xr.Dataset, finer: xr.Dataset) -> KnownError:
     """Return the error by the change at the places of a simulation with cells and steps halved."""
     base = solved.isel(subregion=place_order(finer, solved))
     change = mean_change(finer["pull_off_force"].values, base["pull_off_force"].values, shares(base).values)
-    return _error_of_factor(MESH, [FactorCase(MESH, 2, "2", change)], finer.sizes["subregion"], solved.attrs["law"])
+    return _error_of_factor(MESH, [FactorCase(MESH, 2, change)], finer.sizes["subregion"], solved.attrs["law"])
 
 
 def _error_of_places(force: xr.DataArray) -> KnownError:

@@ -103,7 +103,7 @@ class KnownError(NamedTuple):
     known_bias: bool = False  # the change is subtracted from the mean
     places: int = 0  # at which the change is known
     tried_places: int = 0
-    setting: str = ""  # of the change, a quantity or a key
+    setting: str = ""  # of the change, a number as text or a key
     reason: str = ""  # of an error that is not known
 
     @property
