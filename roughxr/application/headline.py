@@ -120,18 +120,18 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
     """Return an answer with the best estimate of the real surface, its parts, and the step that narrows it most."""
     errors = read_errors(estimate)
     errors.pop(PRESSING, None)  # stated as a range of its own
-    of_scan = {name: error for name, error in errors.items() if ERROR_SOURCES[name].is_of_scan}
-    of_pair = [error for name, error in errors.items() if name not in (UNSEEN, PLACES, *of_scan)]
+    scan_errors = {name: error for name, error in errors.items() if ERROR_SOURCES[name].is_of_scan}
+    pair_errors = [error for name, error in errors.items() if name not in (UNSEEN, PLACES, *scan_errors)]
     copied = ("finest_shown", "roughness_factor", "roughness_low", "roughness_high", "narrowed_low", "narrowed_high")
     out = summary.assign({name: estimate[name] for name in copied}).assign(
         best_estimate=estimate["pull_off_mean"],
         best_low=estimate["pull_off_low"],
         best_high=estimate["pull_off_high"],
-        pair_error=HALF_WIDTH * total_error(of_pair).std,
-        scan_error=HALF_WIDTH * total_error(of_scan.values()).std,
+        pair_error=HALF_WIDTH * total_error(pair_errors).std,
+        scan_error=HALF_WIDTH * total_error(scan_errors.values()).std,
     )
     attributes = {name: estimate.attrs[name] for name in ("narrowing_source", "unseen_by")}
-    return out.assign_attrs(attributes, scan_sources=_largest_sources(of_scan))
+    return out.assign_attrs(attributes, scan_sources=_largest_sources(scan_errors))
 
 
 def _largest_sources(errors: Mapping[str, KnownError]) -> str:

@@ -143,10 +143,10 @@ def _measures_of_parts(ds: xr.Dataset, sides: list[int]) -> pd.DataFrame:
     )
 
 
-def _refuse_other_surface(name: str, value: float, of_parts: pd.Series) -> None:
+def _refuse_other_surface(name: str, value: float, parts: pd.Series) -> None:
     """Raise if a measure of the second scan is far from that of all parts of the first one."""
-    low = of_parts.min()
-    high = of_parts.max()
+    low = parts.min()
+    high = parts.max()
     if low / _LARGEST_RATIO <= value <= high * _LARGEST_RATIO:
         return
     raise Refusal(

@@ -156,8 +156,8 @@ def budget_of(
     cases = changes(base, regions.centres(ds, sampled), settings, pull=mean, meshes=sampled["mesh"].values)
     count = sampled.sizes["subregion"]
     for name in dict.fromkeys([*usual, *settings]):
-        of_factor = [case for case in cases if case.factor == name]
-        errors.setdefault(name, _error_of_factor(name, of_factor, count, law, deviation if name == RANGE else None))
+        same_factor = [case for case in cases if case.factor == name]
+        errors.setdefault(name, _error_of_factor(name, same_factor, count, law, deviation if name == RANGE else None))
     if schema.is_humid(ds):
         errors[THIN] = _thin_menisci(ds, solved)
     total = total_error(errors.values())
