@@ -36,6 +36,9 @@ _MOST_STEPS = 20_000
 #: Powers (r/a)ⁿ that are neglected.
 _NEGLIGIBLE = 1e-12
 
+#: Axis of the transforms.
+_ALONG_EDGE = np.array([1])
+
 #: Results of a motion: at rest, lost, beyond the radii, too slow.
 AT_REST, LOST, BEYOND, SLOW = range(4)
 
@@ -125,6 +128,35 @@ def _imbalance(radii, edge_delta, slope, excess, delta, a, out):
 
 
 @kernel
+def _weighted_by_order(a):
+    """Return Σ |n| a_n e^{inθ} of an edge, (1, nθ)."""
+    n = a.size
+    values = np.empty((1, n))
+    values[0] = a
+    harmonics = np.empty((1, n // 2 + 1), np.complex128)
+    lowlevel.r2c(values, harmonics, _ALONG_EDGE, True, 1.0, 1)
+    for k in range(harmonics.size):
+        harmonics[0, k] *= k / n
+    lowlevel.c2r(harmonics, values, _ALONG_EDGE, False, 1.0, 1)
+    return values
+
+
+@kernel
+def _implicit_motion(imbalance, L, stiffness):
+    """Return an imbalance over 1 + |n| L/``stiffness``, and Σ |n| of that, (2, nθ)."""
+    n = imbalance.size
+    harmonics = np.empty((1, n // 2 + 1), np.complex128)
+    motion = np.empty((2, n // 2 + 1), np.complex128)
+    moved = np.empty((2, n))
+    lowlevel.r2c(imbalance, harmonics, _ALONG_EDGE, True, 1.0, 1)
+    for k in range(harmonics.size):
+        motion[0, k] = harmonics[0, k] / (n + n * k * L / stiffness)
+        motion[1, k] = k * motion[0, k]
+    lowlevel.c2r(motion, moved, _ALONG_EDGE, False, 1.0, 1)
+    return moved
+
+
+@kernel
 def move_to_rest(radii, edge_delta, slope, rest, delta, a):
     """Move an edge until it rests; return a result (``AT_REST`` …) and the number of steps.
 
@@ -132,17 +164,8 @@ def move_to_rest(radii, edge_delta, slope, rest, delta, a):
     is divided by g′ + (L/2m) |n|, with the steepest g′ of all angles.
     """
     n = a.size
-    axes = np.array([1])
     imbalance = np.empty((1, n))
-    harmonics = np.empty((1, n // 2 + 1), np.complex128)
-    motion = np.empty((2, n // 2 + 1), np.complex128)
-    moved = np.empty((2, n))  # motion of the edge, and Σ |n| of it
-    spread = np.empty((1, n))  # Σ |n| a_n e^{inθ}
-    imbalance[0] = a
-    lowlevel.r2c(imbalance, harmonics, axes, True, 1.0, 1)
-    for k in range(harmonics.size):
-        harmonics[0, k] *= k / n
-    lowlevel.c2r(harmonics, spread, axes, False, 1.0, 1)
+    spread = _weighted_by_order(a)
     for step in range(_MOST_STEPS):
         mean = a.mean()
         stiffness = rest / (2.0 * mean)
@@ -152,11 +175,7 @@ def move_to_rest(radii, edge_delta, slope, rest, delta, a):
         L = rest * np.sqrt(mean)
         if largest < TOLERANCE * L:
             return AT_REST, step
-        lowlevel.r2c(imbalance, harmonics, axes, True, 1.0, 1)
-        for k in range(harmonics.size):
-            motion[0, k] = harmonics[0, k] / (n + n * k * L / (2.0 * mean * steepest))
-            motion[1, k] = k * motion[0, k]
-        lowlevel.c2r(motion, moved, axes, False, 1.0, 1)
+        moved = _implicit_motion(imbalance, L, 2.0 * mean * steepest)
         scale = min(1.0 / steepest, (radii[1] - radii[0]) / np.abs(moved[0]).max())
         a -= scale * moved[0]
         spread[0] -= scale * moved[1]

@@ -122,32 +122,49 @@ def remaining_work(u, law):
 @kernel
 def traction_and_work(u, law):
     """Return t(u), −dt/du and the work left to separate the surfaces, nm²."""
+    if u >= law.range:
+        return 0.0, 0.0, 0.0
     t = 0.0
     fall = 0.0
-    remaining = 0.0
-    if u >= law.range:
-        return t, fall, remaining
     remaining = -law.cut
     if law.exponential.size > 0.0:
-        length = law.exponential.near
-        part = law.exponential.size * np.exp(-u / length)
-        t = part / length
-        fall = part / (length * length)
-        remaining = remaining + part
+        t, fall, work = _exponential(u, law.exponential)
+        remaining += work
     if law.waals.size > 0.0:
-        length = law.waals.near
-        x = length / (length + u)
-        x2 = x * x
-        x3 = x * x * x
-        x9 = x3 * x3 * x3
-        scale = 8.0 * law.waals.size / (3.0 * length)
-        t += scale * (x3 - x9)
-        fall += scale * (3.0 * x3 - 9.0 * x9) * x / length
-        remaining += law.waals.size * (4.0 * x2 - x2 * x2 * x2 * x2) / 3.0
+        tension, slope, work = _van_der_waals(u, law.waals)
+        t += tension
+        fall += slope
+        remaining += work
     if law.step.size > 0.0 and u < law.step.far:
-        wide = law.step.far - law.step.near
-        s = max((u - law.step.near) / wide, 0.0)
-        t += law.step.size * (1.0 - s) ** 2
-        fall += 2.0 * law.step.size * (1.0 - s) / wide if u >= law.step.near else 0.0
-        remaining += law.step.size * (max(law.step.near - u, 0.0) + wide * (1.0 - s) ** 3 / 3.0)
+        tension, slope, work = _step(u, law.step)
+        t += tension
+        fall += slope
+        remaining += work
     return t, fall, remaining
+
+
+@kernel
+def _exponential(u, term):
+    length = term.near
+    part = term.size * np.exp(-u / length)
+    return part / length, part / (length * length), part
+
+
+@kernel
+def _van_der_waals(u, term):
+    length = term.near
+    x = length / (length + u)
+    x2 = x * x
+    x3 = x * x * x
+    x9 = x3 * x3 * x3
+    scale = 8.0 * term.size / (3.0 * length)
+    work = term.size * (4.0 * x2 - x2 * x2 * x2 * x2) / 3.0
+    return scale * (x3 - x9), scale * (3.0 * x3 - 9.0 * x9) * x / length, work
+
+
+@kernel
+def _step(u, term):
+    wide = term.far - term.near
+    s = max((u - term.near) / wide, 0.0)
+    slope = 2.0 * term.size * (1.0 - s) / wide if u >= term.near else 0.0
+    return term.size * (1.0 - s) ** 2, slope, term.size * (max(term.near - u, 0.0) + wide * (1.0 - s) ** 3 / 3.0)

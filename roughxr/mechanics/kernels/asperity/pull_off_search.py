@@ -181,6 +181,27 @@ def pull_offs(x, y, grid, table, radius, profile):
 @kernel
 def nearby(x, y, reach, grid, table, radius, profile):
     """Return the asperities whose branch begins at or below the displacement ``reach``, in the order of onsets."""
+    onset, offset, index = _begun_branches(x, y, reach, grid, radius, profile)
+    n = onset.size
+    touch = np.inf
+    for k in range(n):
+        touch = min(touch, offset[k])
+    order = _stable_order(onset)
+    lines = np.empty((n if table.size else 0, LENGTH))
+    near = Near(np.empty(n), np.empty(n), np.empty(n, np.int64), np.zeros(n + 1), lines, touch)
+    for k in range(n):
+        near.onset[k] = onset[order[k]]
+        near.offset[k] = offset[order[k]]
+        near.index[k] = index[order[k]]
+        near.adhesion[k + 1] = near.adhesion[k] + grid.adhesion[near.index[k]]
+        if table.size:
+            collapse(table, grid.field.scales.row[near.index[k]], P, near.lines[k])
+    return near
+
+
+@kernel
+def _begun_branches(x, y, reach, grid, radius, profile):
+    """Return onsets, offsets and indices of the asperities whose branch begins at or below ``reach``."""
     field = grid.field
     cells = grid.cells
     i0, i1, j0, j1 = _square(x, y, profile_radius(reach - grid.highest, radius, profile), cells)
@@ -191,7 +212,6 @@ def nearby(x, y, reach, grid, table, radius, profile):
     offset = np.empty(count_in_square)
     index = np.empty(count_in_square, np.int64)
     n = 0
-    touch = np.inf
     for i in range(i0, i1):
         for k in range(cells.first[i, j0], cells.first[i, j1]):
             u = field.x[k] - x
@@ -202,25 +222,8 @@ def nearby(x, y, reach, grid, table, radius, profile):
                 onset[n] = t
                 offset[n] = o
                 index[n] = k
-                touch = min(touch, o)
                 n += 1
-    order = _stable_order(onset[:n])
-    near = Near(
-        np.empty(n),
-        np.empty(n),
-        np.empty(n, np.int64),
-        np.zeros(n + 1),
-        np.empty((n if table.size else 0, LENGTH)),
-        touch,
-    )
-    for k in range(n):
-        near.onset[k] = onset[order[k]]
-        near.offset[k] = offset[order[k]]
-        near.index[k] = index[order[k]]
-        near.adhesion[k + 1] = near.adhesion[k] + grid.adhesion[near.index[k]]
-        if table.size:
-            collapse(table, field.scales.row[near.index[k]], P, near.lines[k])
-    return near
+    return onset[:n], offset[:n], index[:n]
 
 
 @kernel

@@ -109,6 +109,25 @@ def _clip(value, half):
 
 
 @kernel
+def _highest_point(sx, sy, a, b, e, ball):
+    """Return u, v within a pixel where a quadratic with these slopes and second derivatives (a, b, e mixed) is highest."""
+    det = a * b - e * e
+    if det <= 0 or a >= 0:
+        u = _clip(-sx / a, ball.half_x) if a < 0 else 0.0
+        v = _clip(-sy / b, ball.half_y) if b < 0 else 0.0
+        return u, v
+    u = (e * sy - b * sx) / det
+    v = (e * sx - a * sy) / det
+    if abs(u) > ball.half_x:
+        u = _clip(u, ball.half_x)
+        v = -(sy + e * u) / b
+    if abs(v) > ball.half_y:
+        v = _clip(v, ball.half_y)
+        u = _clip(-(sx + e * v) / a, ball.half_x)
+    return u, v
+
+
+@kernel
 def touch(row, x, y, ball):
     """Return the height (nm) of the sphere's lowest point on one patch, its axis at x, y; and the contact point."""
     rx = x - row[X]
@@ -126,19 +145,7 @@ def touch(row, x, y, ball):
     a = row[HXX] - bend - rx * rx * bend3
     b = row[HYY] - bend - ry * ry * bend3
     e = row[HXY] - rx * ry * bend3
-    det = a * b - e * e
-    if det > 0 and a < 0:
-        u = (e * sy - b * sx) / det
-        v = (e * sx - a * sy) / det
-        if abs(u) > ball.half_x:
-            u = _clip(u, ball.half_x)
-            v = -(sy + e * u) / b
-        if abs(v) > ball.half_y:
-            v = _clip(v, ball.half_y)
-            u = _clip(-(sx + e * v) / a, ball.half_x)
-    else:
-        u = _clip(-sx / a, ball.half_x) if a < 0 else 0.0
-        v = _clip(-sy / b, ball.half_y) if b < 0 else 0.0
+    u, v = _highest_point(sx, sy, a, b, e, ball)
     height = row[H] + row[GX] * u + row[GY] * v + 0.5 * (row[HXX] * u * u + row[HYY] * v * v) + row[HXY] * u * v
     rx = rx - u
     ry = ry - v
@@ -215,6 +222,28 @@ def _middle(low, high):
 
 
 @kernel
+def _halves(box):
+    """Return both halves of a box of pixels, across its longer side."""
+    i0, i1, j0, j1 = box
+    if i1 - i0 >= j1 - j0:
+        middle = _middle(i0, i1)
+        return (i0, middle, j0, j1), (middle, i1, j0, j1)
+    middle = _middle(j0, j1)
+    return (i0, i1, j0, middle), (i0, i1, middle, j1)
+
+
+@kernel
+def _extended(lists, size, visible):
+    """Return lists that contain ``visible`` from the index ``size`` on, twice as long if they were full."""
+    while size + visible.size > lists.size:
+        longer = np.zeros(2 * lists.size, np.int32)
+        longer[:size] = lists[:size]
+        lists = longer
+    lists[size : size + visible.size] = visible
+    return lists
+
+
+@kernel
 def dilation(rows, x, y, ball):
     """Return the height of the sphere's lowest point (nm) at pixel centres, and lists of the patches it may touch.
 
@@ -227,27 +256,19 @@ def dilation(rows, x, y, ball):
     size = 0
     wide_x = 2 * _MARGIN * ball.half_x
     wide_y = 2 * _MARGIN * ball.half_y
-    todo = [(0, x.size, 0, y.size, np.arange(len(rows)))]
+    todo = [((0, x.size, 0, y.size), np.arange(len(rows)))]
     while len(todo) > 0:
-        i0, i1, j0, j1, candidates = todo.pop()
+        box, candidates = todo.pop()
+        i0, i1, j0, j1 = box
         edges = x[i0] - wide_x, x[i1 - 1] + wide_x, y[j0] - wide_y, y[j1 - 1] + wide_y
         visible = _visible(rows, candidates, edges[0], edges[1], edges[2], edges[3], ball.radius)
-        if i1 - i0 <= SIDE and j1 - j0 <= SIDE:
-            visible = _fill_box(rows, visible, x, y, (i0, i1, j0, j1), ball, z)
-            while size + visible.size > lists.size:
-                longer = np.zeros(2 * lists.size, np.int32)
-                longer[:size] = lists[:size]
-                lists = longer
-            bounds[i0 // SIDE, j0 // SIDE, 0] = size
-            bounds[i0 // SIDE, j0 // SIDE, 1] = size + visible.size
-            lists[size : size + visible.size] = visible
-            size += visible.size
-        elif i1 - i0 >= j1 - j0:
-            middle = _middle(i0, i1)
-            todo.append((i0, middle, j0, j1, visible))
-            todo.append((middle, i1, j0, j1, visible))
-        else:
-            middle = _middle(j0, j1)
-            todo.append((i0, i1, j0, middle, visible))
-            todo.append((i0, i1, middle, j1, visible))
+        if i1 - i0 > SIDE or j1 - j0 > SIDE:
+            for half in _halves(box):
+                todo.append((half, visible))
+            continue
+        visible = _fill_box(rows, visible, x, y, box, ball, z)
+        lists = _extended(lists, size, visible)
+        bounds[i0 // SIDE, j0 // SIDE, 0] = size
+        size += visible.size
+        bounds[i0 // SIDE, j0 // SIDE, 1] = size
     return z, bounds, lists[:size].copy()

@@ -76,10 +76,7 @@ def _fit_block(heights, level, dx, dy, fixed):
     rejected = np.ones(level.size, np.bool_)
     if not fixed:
         free = _coefficients(terms, heights, is_known, 0)
-        x, y, _ = _vertex(free, dx, dy)
-        A, B, C = _second_order(free, dx, dy)
-        low, _, _ = principal(A, B, C)
-        rejected = ~((low > 0) & (4 * A * B > C**2) & (np.abs(x) <= dx) & (np.abs(y) <= dy))
+        rejected = ~_have_near_summits(free, dx, dy)
         c = np.where(rejected[:, None], c, free)
     x, y, height = _vertex(c, dx, dy)
     low, high, orientation = principal(*_second_order(c, dx, dy))
@@ -90,6 +87,14 @@ def _fit_block(heights, level, dx, dy, fixed):
     y = np.where(rejected, 0.0, y)
     height = level + np.where(rejected, c[:, 0], height)
     return Fit(x, y, height, low, high, orientation, rms, low <= 0, ~is_known.all(axis=1), rejected)
+
+
+def _have_near_summits(c, dx, dy):
+    """Return which paraboloids have a summit within a pixel of their peak."""
+    x, y, _ = _vertex(c, dx, dy)
+    A, B, C = _second_order(c, dx, dy)
+    low, _, _ = principal(A, B, C)
+    return (low > 0) & (4 * A * B > C**2) & (np.abs(x) <= dx) & (np.abs(y) <= dy)
 
 
 def _coefficients(terms, heights, is_known, first):
