@@ -5,11 +5,10 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.mechanics.contact import elastic
 from roughxr.mechanics.kernels.adhesion import equilibrium as smooth_equilibrium
 from roughxr.mechanics.kernels.adhesion import states as smooth_states
 from roughxr.mechanics.kernels.adhesion.traction_laws import smooth_law
-from roughxr.mechanics.kernels.halfspace import displacement_control, working_set
+from roughxr.mechanics.kernels.halfspace import displacement_control, load_control, working_set
 
 from . import half_space
 from .contact_conditions import certificate_of_fields
@@ -160,7 +159,8 @@ def test_without_fields_and_without_deformation(surface):
 
 @pytest.mark.parametrize("cut", [{"max_iterations": 3}, {"tolerance": 0.0}])
 def test_an_elastic_solve_that_stagnates_is_flagged_and_told_of(surface, monkeypatch, cut):
-    monkeypatch.setattr(elastic, "LIMITS", elastic.LIMITS._replace(**cut))
+    for solve in (displacement_control.sweep_arrays, load_control.loaded_arrays):
+        monkeypatch.setattr(solve, "__kwdefaults__", solve.__kwdefaults__ | cut)
     for asked in ({"delta": [1.5]}, {"load": [50.0]}):
         with pytest.warns(UserWarning, match="direct: 1 of 1 solutions have not converged"):
             solution = roughxr.direct(surface, subregions=([0.0], [0.0]), **asked)

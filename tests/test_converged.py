@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from roughxr import direct, pull_off, rolling
-from roughxr.mechanics.contact import elastic
+from roughxr.mechanics.kernels.halfspace import displacement_control
 from roughxr.statistics import force_ratio
 
 from .surfaces import glass_pair, rough, scan
@@ -29,7 +29,7 @@ def told(solve, *arguments, **options):
 def test_direct_warns_once_and_what_rests_on_it_is_missing(surface, monkeypatch):
     deltas = np.linspace(1.0, 8.0, 12)
     good, nothing = told(direct, surface, delta=deltas, subregions=(2, 2))
-    monkeypatch.setattr(elastic, "LIMITS", elastic.LIMITS._replace(max_iterations=3))
+    monkeypatch.setitem(displacement_control.sweep_arrays.__kwdefaults__, "max_iterations", 3)
     poor, said = told(direct, surface, delta=deltas, subregions=(2, 2))
     lost = int((~poor.converged).sum())
     assert good.converged.all() and not nothing and lost > 0

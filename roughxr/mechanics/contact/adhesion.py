@@ -183,7 +183,7 @@ def _solution(
     reach = window_half_width(specimen, problem, adhesion)
     need_few_cells(specimen, problem, adhesion, positions, reach)
     if fields:
-        _need_one_mesh(specimen, problem, adhesion, by_preload)
+        _need_one_mesh(adhesion)
     _warn_of_time(adhesion, problem)
     out = solve(
         cycle_record,
@@ -199,8 +199,6 @@ def _solution(
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
     if by_preload and "preload" not in out.dims:
         out.attrs["preload"] = float(adhesion.preloads[0])
-    if changes_the_law(adhesion.tabor):
-        out.attrs["switching_tabor"] = adhesion.tabor
     out = spread.finish(out)
     if not specimen.lazy:
         _warn(out, adhesion, problem)
@@ -209,9 +207,9 @@ def _solution(
     return schema.label(out.assign_coords(shortest_wavelength=specimen.shortest_wavelength))
 
 
-def _need_one_mesh(specimen: Specimen, problem: Problem, adhesion: Adhesion, by_preload: bool) -> None:
+def _need_one_mesh(adhesion: Adhesion) -> None:
     """Raise where fields are requested without displacements, or on meshes that differ between places."""
-    if by_preload or not adhesion.refine:
+    if adhesion.preloads.size or not adhesion.refine:
         raise Refusal("fields", "displacements (delta) and one mesh for all places, such as mesh=4")
 
 
@@ -226,7 +224,8 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
     length |= {"cut_off_nm": TAIL * adhesion.length} if ADHESION_LAWS[adhesion.law].has_hamaker_tail else {}
     missing = "NaN where nothing was touched, the preload was not reached or the cycle not completed"
     limit = {"tolerance": INTERMEDIATE_TOLERANCE if adhesion.preloads.size else TOLERANCE}
-    return {"law": adhesion.law, **length, **settings, **limit, "missing": missing}
+    tabor = {"switching_tabor": adhesion.tabor} if changes_the_law(adhesion.tabor) else {}
+    return {"law": adhesion.law, **length, **settings, **limit, "missing": missing, **tabor}
 
 
 def _time_on_cells(adhesion: Adhesion, problem: Problem) -> str:

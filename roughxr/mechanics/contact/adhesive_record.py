@@ -63,15 +63,7 @@ def cycle_record(place: Place, problem: Problem, layout: Layout, adhesion: Adhes
         results |= {"complete": bool(results), "truncated": cycles.surface.unknown_from < reach}
         results |= {name: np.broadcast_to(value, len(cycles.paths))[k] for name, value in errors.items()}
         if adhesion.preloads.size and results["complete"]:
-            turns = [
-                paths[k].states[paths[k].first_retraction - 1] for paths in (cycles.paths, cycles.wider or cycles.paths)
-            ]
-            depth, area = (cycles.edges[k].apply(*(turn[name] for turn in turns)) for name in ("delta", "contact_area"))
-            results |= {"preload_delta": depth, "contact_area": max(area, 0.0)}
-            results |= {"converged": bool(cycle_path.states["converged"].all())}
-            results |= {"residual": cycle_path.states["residual"].max()}
-            shares = yielded_shares(cycle_path, cycles.problem)
-            results |= {name: values[cycle_path.first_retraction - 1] for name, values in shares.items()}
+            results |= _preload_results(cycles, k)
             results |= lever_results(place, cycles, adhesion) if adhesion.directions.size else {}
         for name, value in results.items():
             at = np.unravel_index(k, record[name].shape) if np.ndim(value) == 0 else ...
@@ -82,6 +74,21 @@ def cycle_record(place: Place, problem: Problem, layout: Layout, adhesion: Adhes
     if layout.window is not None:
         _put_fields(record, cycles, problem)
     return record
+
+
+def _preload_results(cycles: Cycles, k: int) -> dict[str, Any]:
+    """Return the state in which a cycle turns back at its preload, and the accuracy of all its states."""
+    cycle_path = cycles.paths[k]
+    turns = [paths[k].states[paths[k].first_retraction - 1] for paths in (cycles.paths, cycles.wider or cycles.paths)]
+    depth, area = (cycles.edges[k].apply(*(turn[name] for turn in turns)) for name in ("delta", "contact_area"))
+    shares = yielded_shares(cycle_path, cycles.problem)
+    return {
+        "preload_delta": depth,
+        "contact_area": max(area, 0.0),
+        "converged": bool(cycle_path.states["converged"].all()),
+        "residual": cycle_path.states["residual"].max(),
+        **{name: values[cycle_path.first_retraction - 1] for name, values in shares.items()},
+    }
 
 
 def _front_record(cycles: FrontCycles | None, problem: Problem, layout: Layout, adhesion: Adhesion) -> np.ndarray:

@@ -37,16 +37,6 @@ YIELDED = {"yielded_area": float, "plastic_work": float}
 _COLUMNS = "force", "contact_area", "status", "iterations", "residual", "hard_force", "yielded_area", "dent"
 
 
-class _Limits(NamedTuple):
-    """Limits of the iterations of a solve."""
-
-    tolerance: float  # relative error of the force
-    max_iterations: int  # products with the half space's coefficients
-
-
-LIMITS = _Limits(1e-6, 5000)
-
-
 @schema.recorded
 def direct(
     ds: xr.Dataset | Specimen,
@@ -133,14 +123,13 @@ def direct(
         specimen,
         problem,
         _layout(axes, problem),
-        LIMITS,
         name="direct",
         positions=positions,
         reach=problem.indenter.half_width(deepest(specimen, problem)),
         fields=fields,
     )
     datum = "first_contact" if problem.first_contact else "highest_peak"
-    out.attrs = {"datum": datum, "method": "direct", "tolerance": LIMITS.tolerance}
+    out.attrs = {"datum": datum, "method": "direct", "tolerance": displacement_control.TOLERANCE}
     out = spread.finish(out)
     if not specimen.lazy:
         warn_unconverged(out, "see converged, and residual for their error")
@@ -182,12 +171,12 @@ class _Solved(NamedTuple):
     residual_height: np.ndarray  # (…, stored, nx, ny), nm ≤ 0
 
 
-def _sweep(place: Place, problem: Problem, layout: Layout, limits: _Limits) -> np.ndarray:
+def _sweep(place: Place, problem: Problem, layout: Layout) -> np.ndarray:
     """Solve one place at every step, on both branches if it yields."""
     surface = surface_at(place, problem)
     record = layout.blank()
     keep = problem.steps.size if layout.window is not None else 0
-    solved = (_cycle if problem.yielding else _elastic)(surface, problem, limits, keep)
+    solved = (_cycle if problem.yielding else _elastic)(surface, problem, keep)
     _put_states(record, solved, surface, problem)
     if layout.window is not None:
         shape = surface._replace(separation=surface.separation - solved.residual_height)
@@ -213,21 +202,21 @@ def _put_states(record: np.ndarray, solved: _Solved, surface: Surface, problem: 
             record[name][1] = record[name][0, -1]
 
 
-def _elastic(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _Solved:
-    deltas, columns, pressure, _ = _solutions(surface.separation, surface, problem, limits, keep)
+def _elastic(surface: Surface, problem: Problem, keep: int) -> _Solved:
+    deltas, columns, pressure, _ = _solutions(surface.separation, surface, problem, keep)
     return _Solved(deltas, columns, pressure, np.zeros_like(pressure))
 
 
-def _cycle(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _Solved:
+def _cycle(surface: Surface, problem: Problem, keep: int) -> _Solved:
     """Load a place that yields, and retract from the deformed shape; both branches share their last state."""
     separation = surface.separation
-    deltas, columns, pressure, displacement = _solutions(separation, surface, problem, limits, max(keep, 1))
+    deltas, columns, pressure, displacement = _solutions(separation, surface, problem, max(keep, 1))
     residual_heights = yielding.residual_heights(
         pressure, displacement, separation, deltas[-len(pressure) :], problem.hardness
     )
     elastic = problem._replace(steps=problem.steps[:-1], hardness=np.inf, yielding=False)
     last = slice(-1, None)
-    unloaded = _solutions(separation - residual_heights[-1], surface, elastic, limits, max(keep - 1, 0))
+    unloaded = _solutions(separation - residual_heights[-1], surface, elastic, max(keep - 1, 0))
     joined = [
         np.concatenate((branch, loaded[last])) for branch, loaded in zip(unloaded, (deltas, columns, pressure[-keep:]))
     ]
@@ -240,12 +229,11 @@ def _cycle(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _S
     )
 
 
-def _solutions(separation: np.ndarray, surface: Surface, problem: Problem, limits: _Limits, keep: int):
+def _solutions(separation: np.ndarray, surface: Surface, problem: Problem, keep: int):
     """Return displacements below the datum, the columns of each solve, and the fields of the last ``keep``."""
     hardness = displacement_control.Hardness(problem.hardness, problem.yielding)
-    options = {"hardness": hardness, "keep": keep, **limits._asdict()}
     half_space = problem.dx, problem.contact_modulus, problem.film
     if problem.by_load:
-        return load_control.loaded_arrays(separation, problem.steps, *half_space, **options)
+        return load_control.loaded_arrays(separation, problem.steps, *half_space, hardness=hardness, keep=keep)
     deltas = problem.steps + surface.zero
-    return deltas, *displacement_control.sweep_arrays(separation, deltas, *half_space, **options)
+    return deltas, *displacement_control.sweep_arrays(separation, deltas, *half_space, hardness=hardness, keep=keep)

@@ -70,10 +70,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     after one that has. The error of the step is the change between the step and twice the step on the coarsest mesh; if
     it is large, finer meshes take half the step.
     """
-    pixels = overlapping_cells(surface_at(place, problem._replace(refine=1)), problem._replace(refine=1), adhesion)
-    finest = max((n for n in REFINEMENTS if pixels * n**2 <= MOST_CELLS), default=1)
-    first = min(first_refinement(problem, adhesion), finest)
-    meshes = [n for n in REFINEMENTS if first <= n <= finest][:_MOST_MESHES]
+    meshes = _possible_meshes(place, problem, adhesion)
     press = _presses_once(adhesion)
     cycles = _solved(place, problem, adhesion, meshes[0], press=press)
     if np.isnan(adhesion.accuracy):
@@ -92,31 +89,56 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         if (np.isnan(finer.pull_offs) & (cycles.pull_offs > 0)).any():
             break
         before, cycles = cycles, finer
-        # two edges may agree by chance: half the error of the coarser mesh is a lower bound
-        edge_errors = np.fmax(_edge_errors(cycles), _edge_errors(before) / RIM_ERROR)
-        change = _change(before, cycles)
-        lost = np.isnan(change) & (cycles.pull_offs > 0)  # the mesh before gave no pull-off
-        radius_errors = np.fmax(_radius_errors(cycles), _film_errors(cycles))
-        mesh_error = np.where(lost, np.nan, np.fmax.reduce([change, edge_errors, radius_errors]))
-        slow = np.fmax(_slow_convergence_error(cycles, change), _LARGEST_ERROR_RATIO * slow)
-        spline_change = _change_by_splines(place, problem, adhesion, cycles) if spline_change is None else spline_change
+        mesh_error = _error_of_finer_mesh(before, cycles)
+        slow = np.fmax(_slow_convergence_error(cycles, _change(before, cycles)), _LARGEST_ERROR_RATIO * slow)
+        if spline_change is None:
+            spline_change = _change_by_splines(place, problem, adhesion, cycles)
         agreed_before = agrees
-        agrees = bool((mesh_error < adhesion.accuracy)[np.isfinite(mesh_error)].all()) and not lost.any()
+        agrees = _meets_accuracy(mesh_error, cycles, adhesion)
         if agrees and (agreed_before or _is_resolved(cycles, adhesion)):
             break
-    if (
-        not agrees
-        and cycles.problem.refine > 1
-        and (on_pixels := _resolved_on_pixels(place, problem, adhesion, cycles))
-    ):
-        cycles, mesh_error, slow, spline_change = on_pixels, _single_mesh_error(on_pixels), 0.0, None
-    errors = {"mesh_error": mesh_error, "step_error": step_error}
-    errors["interpolation_error"] = 0.0 * mesh_error if spline_change is None else spline_change
+    on_pixels = None if agrees else _resolved_on_pixels(place, problem, adhesion, cycles)
+    if on_pixels:
+        cycles = on_pixels
+        mesh_error = _single_mesh_error(on_pixels)
+        slow = 0.0
+        spline_change = None
+    interpolation_error = 0.0 * mesh_error if spline_change is None else spline_change
+    numerical = np.sqrt(np.maximum(mesh_error, slow) ** 2 + step_error**2 + interpolation_error**2)
     pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
-    stated = errors | {"mesh_error": np.maximum(mesh_error, slow)}
-    numerical = np.sqrt(sum(error**2 for error in stated.values()))
-    errors["pull_off_error"] = with_settling(numerical, cycles.pull_offs, pressed, adhesion)
-    return cycles, {"mesh": cycles.problem.refine, "pressed_pull_off_force": pressed, **errors}
+    return cycles, {
+        "mesh": cycles.problem.refine,
+        "pressed_pull_off_force": pressed,
+        "mesh_error": mesh_error,
+        "step_error": step_error,
+        "interpolation_error": interpolation_error,
+        "pull_off_error": with_settling(numerical, cycles.pull_offs, pressed, adhesion),
+    }
+
+
+def _possible_meshes(place: Place, problem: Problem, adhesion: Adhesion) -> list[int]:
+    """Return the refinements that resolve the law on few enough cells, the coarsest first."""
+    on_pixels = problem._replace(refine=1)
+    pixels = overlapping_cells(surface_at(place, on_pixels), on_pixels, adhesion)
+    finest = max((n for n in REFINEMENTS if pixels * n**2 <= MOST_CELLS), default=1)
+    first = min(first_refinement(problem, adhesion), finest)
+    return [n for n in REFINEMENTS if first <= n <= finest][:_MOST_MESHES]
+
+
+def _error_of_finer_mesh(coarse: Cycles, fine: Cycles) -> np.ndarray:
+    """Return the relative errors of pull-offs without those of slow convergence; NaN where the coarse mesh has none."""
+    change = _change(coarse, fine)
+    # two edges may agree by chance: half the error of the coarser mesh is a lower bound
+    edge_errors = np.fmax(_edge_errors(fine), _edge_errors(coarse) / RIM_ERROR)
+    radius_errors = np.fmax(_radius_errors(fine), _film_errors(fine))
+    is_new = np.isnan(change) & (fine.pull_offs > 0)
+    return np.where(is_new, np.nan, np.fmax.reduce([change, edge_errors, radius_errors]))
+
+
+def _meets_accuracy(errors: np.ndarray, cycles: Cycles, adhesion: Adhesion) -> bool:
+    """Return whether the errors of all pull-offs are known and within the accuracy."""
+    is_known = not np.isnan(errors[cycles.pull_offs > 0]).any()
+    return is_known and bool((errors < adhesion.accuracy)[np.isfinite(errors)].all())
 
 
 def _resolved_on_pixels(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> Cycles | None:

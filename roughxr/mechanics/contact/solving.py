@@ -21,8 +21,7 @@ def solve(
     specimen: Specimen,
     problem: Problem,
     layout: Layout,
-    options: Any,
-    *,
+    *options: Any,
     name: str,
     positions: xr.Dataset,
     reach: float,
@@ -30,7 +29,7 @@ def solve(
 ) -> xr.Dataset:
     """Solve a problem at every contact centre, and label the results; lazy if the scan is.
 
-    ``solver(place, problem, layout, options)``, a module's function, returns a filled `Layout.blank` record.
+    ``solver(place, problem, layout, *options)``, a module's function, returns a filled `Layout.blank` record.
     ``fields`` are stored within ``reach`` nm of the centres.
     """
     placed, shape = places(specimen, positions, reach)
@@ -43,7 +42,7 @@ def solve(
         layout.dtype,
         problem,
         layout,
-        options,
+        *options,
         name=name,
         lazy=specimen.lazy,
     )

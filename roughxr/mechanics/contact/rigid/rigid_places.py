@@ -65,33 +65,38 @@ class _Setting(NamedTuple):
         return float(self.surface.separation.min())
 
 
-def rigid_record(place: Place, problem: Problem, layout: Layout, options: Options) -> np.ndarray:
-    """Return the record of one place, as a task."""
+def _setting(place: Place, problem: Problem, options: Options) -> _Setting:
+    """Return the indenter over the surface at one place."""
     surface = surface_at(place, problem)
     low = [-(first + problem.pixel * (lost - 0.5)) for first, lost in zip(place.window.origin, place.window.missing)]
     sides = [(a, n * problem.pixel - a) for a, n in zip(low, place.height.shape)]
     rectangle = tuple(max(side, 1e-6) for pair in sides for side in pair)
     mean_plane = float(place.datum) - options.mean_height
-    cells = kernels.cells(surface.separation, options.law)
-    setting = _Setting(surface, mean_plane, rectangle, problem, options, cells)
+    return _Setting(surface, mean_plane, rectangle, problem, options, kernels.cells(surface.separation, options.law))
+
+
+def rigid_record(place: Place, problem: Problem, layout: Layout, options: Options) -> np.ndarray:
+    """Return the record of one place, as a task."""
+    setting = _setting(place, problem, options)
+    surface = setting.surface
+    law = options.law
     record = layout.blank()
     deltas = problem.steps + surface.zero
-    closest, pull = _pull_off(setting)
+    closest, (force, delta) = _pull_off(setting)
     within = deltas <= closest + 1e-9
     record["force"][within] = -setting.attractions(deltas[within])
     if "meniscus_error" in layout.events:
-        cell = problem.dx
-        meniscus = options.menisci
-        record["meniscus_error"] = menisci.relative_error(setting.cells, pull[1], options.law, meniscus, cell, pull[0])
-        record["work_of_separation"] = menisci.work(surface.separation, pull[1], options.law, options.area)
+        error = menisci.relative_error(setting.cells, delta, law, options.menisci, problem.dx, force)
+        record["meniscus_error"] = error
+        record["work_of_separation"] = menisci.work(surface.separation, delta, law, options.area)
     record["touch_delta"] = setting.first_touch() - surface.zero
-    record["pull_off_force"] = pull[0]
-    record["pull_off_delta"] = pull[1] - surface.zero
-    if options.law.closest is not None:
-        exact = setting.attractions(np.array([pull[1] - minimum_below_cells(surface.separation)]))[0]
-        record["cell_error"] = pull[0] / exact - 1 if exact > 0 else np.nan
-    record["share_beyond_contact"] = 1 - _contact_attraction(setting, pull[1]) / pull[0]
-    record["truncated"] = any(place.ends) and setting.attractions_beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
+    record["pull_off_force"] = force
+    record["pull_off_delta"] = delta - surface.zero
+    if law.closest is not None:
+        exact = setting.attractions(np.array([delta - minimum_below_cells(surface.separation)]))[0]
+        record["cell_error"] = force / exact - 1 if exact > 0 else np.nan
+    record["share_beyond_contact"] = 1 - _contact_attraction(setting, delta) / force
+    record["truncated"] = any(place.ends) and setting.attractions_beyond(np.array([delta]))[0] > BEYOND_EDGE * force
     if layout.window is not None:
         put_fields(record, surface, _fields(setting, np.where(within, deltas, np.nan)))
     return record

@@ -40,12 +40,27 @@ class Hardness(NamedTuple):
         return (limit if self.yielding else np.inf), limit
 
 
+#: Relative error of the force.
+TOLERANCE = 1e-6
+
+#: Largest number of products A p of a solve.
+MOST_PRODUCTS = 5000
+
 #: For a material that never yields.
 ELASTIC = Hardness()
 
 
 def sweep_arrays(
-    separation, deltas, dx, contact_modulus, film=None, *, tolerance=1e-6, max_iterations=5000, hardness=ELASTIC, keep=0
+    separation,
+    deltas,
+    dx,
+    contact_modulus,
+    film=None,
+    *,
+    tolerance=TOLERANCE,
+    max_iterations=MOST_PRODUCTS,
+    hardness=ELASTIC,
+    keep=0,
 ):
     """Solve the contact at each of ascending displacements, nm, each started from those before.
 

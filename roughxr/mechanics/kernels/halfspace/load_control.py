@@ -14,7 +14,7 @@ Inside, unit cells and unit modulus: loads are in units of E* dx, hence in nm as
 import numpy as np
 
 from .active_set import CONVERGED, ITERATION_LIMIT
-from .displacement_control import ELASTIC, STATUS, describe, extrapolated, in_units, records
+from .displacement_control import ELASTIC, MOST_PRODUCTS, STATUS, TOLERANCE, describe, extrapolated, in_units, records
 from .products import DENSE_LIMIT
 from .working_set import (
     COARSE_ITERATIONS,
@@ -31,7 +31,16 @@ from .working_set import (
 
 
 def loaded_arrays(
-    separation, loads, dx, contact_modulus, film=None, *, tolerance=1e-6, max_iterations=5000, hardness=ELASTIC, keep=0
+    separation,
+    loads,
+    dx,
+    contact_modulus,
+    film=None,
+    *,
+    tolerance=TOLERANCE,
+    max_iterations=MOST_PRODUCTS,
+    hardness=ELASTIC,
+    keep=0,
 ):
     """Solve the contact at each of ascending loads (nN > 0), each started from the one before.
 

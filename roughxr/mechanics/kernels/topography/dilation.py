@@ -110,7 +110,7 @@ def _clip(value, half):
 
 @kernel
 def _highest_point(sx, sy, a, b, e, ball):
-    """Return u, v within a pixel where a quadratic with these slopes and second derivatives (a, b, e mixed) is highest."""
+    """Return u, v of the highest point in a pixel by slopes and second derivatives (a, b, e mixed) in its middle."""
     det = a * b - e * e
     if det <= 0 or a >= 0:
         u = _clip(-sx / a, ball.half_x) if a < 0 else 0.0
