@@ -111,6 +111,7 @@ def test_values_alone_state_which_debris_they_cannot_show():
     alone = xr.Dataset({"pull_off_force": ("subregion", np.linspace(1.0, 2.0, 9), {"units": "nN"})})
     sentence = "Debris on less than 28 % of the surface may be missed by 9 places"
     assert bootstrap(alone, statistics=["mean"]).attrs["missed_share"] == pytest.approx(1 - 0.05 ** (1 / 9))
-    assert sentence in roughxr.application.headline.headline(roughxr.mechanics.statistics.means.mean_pull_off(alone))
+    mean = roughxr.mechanics.statistics.means.mean_pull_off(alone)
+    assert sentence in " ".join(roughxr.application.headline.answer_lines(mean))
     classified = alone.assign_coords(on_debris=("subregion", np.zeros(9, bool)), debris_share=0.0)
     assert "missed_share" not in bootstrap(classified, statistics=["mean"]).attrs

@@ -163,11 +163,6 @@ _LARGE_BIAS = 0.1
 _WIDE = 4.0
 
 
-def headline(summary: xr.Dataset) -> str:
-    """Return an answer or a run's summary in words, for all doors alike."""
-    return " ".join(answer_lines(summary))
-
-
 def answer_lines(summary: xr.Dataset) -> list[str]:
     """Return the sentences of an answer or a run's summary."""
     if "pull_off_force" not in summary:

@@ -16,7 +16,7 @@ from ...mechanics.jobs.spread import use_scheduler
 from ...mechanics.scans.editing import on_square_pixels
 from ...mechanics.vocabulary.text import without_warnings
 from .. import report, reproduction
-from ..headline import headline
+from ..headline import answer_lines
 from ..runs import analysis, several
 from .checks import both_counts, stated_pair
 from .config import repeating_command
@@ -58,7 +58,7 @@ def _run_each(options: Namespace, output: Path) -> None:
     left_out = len(unread) + len(refused)
     print(f"{pooled_mean} {left_out} of {len(options.scan)} files were left out.".lstrip() if left_out else pooled_mean)
     for name, run in finished.items():
-        print(f"{name}: {headline(run.summary)}")
+        print(f"{name}:", *answer_lines(run.summary))
 
 
 def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:

@@ -86,11 +86,11 @@ def run_summary(run: Run) -> xr.Dataset:
         return xr.Dataset(attrs={"missing": _NOISE})
     out = mean_pull_off(pull_off).load()
     if BUDGET in run:
-        entries = HALF_WIDTH * run[BUDGET]["relative_std"].fillna(0.0)
+        errors = run[BUDGET]["relative_std"].to_series().fillna(0.0)
         total = HALF_WIDTH * float(run[BUDGET]["total_std"])
-        out = out.assign(total_error=total, largest_error=float(entries.max()))
+        out = out.assign(total_error=total, largest_error=HALF_WIDTH * errors.max())
         out.attrs["known_bias"] = 1 - float(run[BUDGET]["pull_off_corrected"] / run[BUDGET]["pull_off_mean"])
-        out.attrs["largest_source"] = str(entries["entry"][int(np.argmax(entries.values))].item())
+        out.attrs["largest_source"] = errors.idxmax()
     if best_estimate(run) is not None:
         out = with_best_estimate(out, run["statistics/extrapolated"])
     elif "statistics/extrapolated" in run:

@@ -18,7 +18,7 @@ from ...mechanics.scans.plausibility import is_noise
 from ...mechanics.specimen import Specimen
 from ...mechanics.statistics.means import mean_pull_off, mesh_error
 from ...mechanics.vocabulary.refusal import Refusal
-from ..headline import headline
+from ..headline import answer_lines
 from .plan import Plan
 
 #: Advice where bodies are too soft for the scan, or their contacts too large.
@@ -106,4 +106,5 @@ def show_answer(solved: xr.Dataset, specimen: Specimen, stages: Stages) -> None:
     no_pull_off = not bool((solved["pull_off_force"] > 0).any())
     if no_pull_off or np.isnan(mesh_error(solved)) or is_noise(specimen.scan):
         return
-    stages.answer(headline(mean_pull_off(solved).drop_vars(["smooth_share", "independent_places"])))
+    preliminary = mean_pull_off(solved).drop_vars(["smooth_share", "independent_places"])
+    stages.answer(" ".join(answer_lines(preliminary)))

@@ -21,7 +21,7 @@ from ...mechanics.vocabulary.numbers import format_percent, format_quantity, val
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.table import SCALARS
 from .. import report
-from ..headline import headline
+from ..headline import answer_lines
 from ..report.report_page import pair_facts, render_template, setting
 from ..report.run_numbers import summary_numbers
 from ..report.summary import few_digits, place_table
@@ -128,7 +128,10 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
         pooled=pooled_mean,
         pair=named + first.pair,
         fluid=first.summary.attrs.get("fluid", ""),
-        rows=[(n, Path(n).stem, _cells(run), headline(run.summary), run.cautions) for n, run in finished.items()],
+        rows=[
+            (n, Path(n).stem, _cells(run), " ".join(answer_lines(run.summary)), run.cautions)
+            for n, run in finished.items()
+        ],
         refused=refused,
     )
     with atomic_write(output / _PAGE, is_own=True) as temporary:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -43,22 +45,12 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     pull = at_first_preload(ds if "pull_off_force" in ds else pull_off(ds))
     force = pull["pull_off_force"].load()
     bounds = _adhering_bounds(pull)
-    adhering = int(np.isfinite(bounds[0]).sum())
-    sampled = xr.Dataset()
-    if adhering > 1:
-        sampled = bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"])
-    interval = {name: sampled[name].item() if name in sampled else np.nan for name in INTERVAL}
-    mean = weighted_by_landing_share(force).mean().item()
-    limits = {name: sampled.attrs[name] for name in (*LIMITS, "law") if name in sampled.attrs}
-    if limits:
-        mean = sampled["estimate"].item()
-    if adhering <= 1 and np.isnan(mean):
-        interval |= {"low": np.nanmax(bounds[0]), "high": np.nanmax(bounds[1])}
+    mean, interval, limits = _mean_with_interval(pull, bounds)
     smooth = smooth_pull_off(pull) if {"sphere_radius", "work_of_adhesion"} <= set(pull.coords) else 0.0
     scalars = {
         "pull_off_force": mean,
         **interval,
-        "places": adhering,
+        "places": int(np.isfinite(bounds[0]).sum()),
         "solved_places": force.size,
         "debris_share": pull.coords.get("debris_share", np.nan),
         "debris_places": (pull["on_debris"] & force.notnull()).sum() if "on_debris" in pull.coords else np.nan,
@@ -68,12 +60,24 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     if ends := pressed_means(pull):
         scalars |= dict(zip(PRESSED, ends))
     out = with_units(xr.Dataset(scalars, coords=schema.pair_coordinates(pull)))
-    out.attrs |= limits | {name: pull.attrs[name] for name in ("switching_tabor",) if name in pull.attrs}
-    if "measured" in pull.attrs:
-        out.attrs["measured"] = pull.attrs["measured"]
+    out.attrs |= limits | {name: pull.attrs[name] for name in ("switching_tabor", "measured") if name in pull.attrs}
     if pull.attrs.get("mesh") == FRONT:
         out.attrs["by_front"] = "yes"
     return out.assign_attrs(rigid="yes") if "cell_error" in pull and "pull_off_error" not in pull else out
+
+
+def _mean_with_interval(pull: xr.Dataset, bounds: np.ndarray) -> tuple[float, dict[str, float], dict[str, Any]]:
+    """Return the mean over places with forces between bounds (2, …), its interval, and its limits."""
+    mean = weighted_by_landing_share(pull["pull_off_force"]).mean().item()
+    if np.isfinite(bounds[0]).sum() <= 1:
+        interval = dict.fromkeys(INTERVAL, np.nan)
+        if np.isnan(mean):
+            interval |= {"low": np.nanmax(bounds[0]), "high": np.nanmax(bounds[1])}
+        return mean, interval, {}
+    sampled = bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"])
+    interval = {name: sampled[name].item() if name in sampled else np.nan for name in INTERVAL}
+    limits = {name: sampled.attrs[name] for name in (*LIMITS, "law") if name in sampled.attrs}
+    return sampled["estimate"].item() if limits else mean, interval, limits
 
 
 def _adhering_bounds(pull: xr.Dataset) -> np.ndarray:

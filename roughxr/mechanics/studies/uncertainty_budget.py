@@ -167,7 +167,6 @@ def budget_of(
         pull_off_mean=mean,
         pull_off_corrected=mean * (1 + total.pull_off_change),
     )
-    out["standard_error"].attrs["units"] = "1"
     out = out.assign_coords(schema.pair_coordinates(ds))
     out.attrs = {"law": law, "changed_places": count, "solved_places": solved.sizes["subregion"]}
     return schema.label(out)

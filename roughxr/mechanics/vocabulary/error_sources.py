@@ -142,7 +142,8 @@ def error_table(errors: Mapping[str, KnownError]) -> xr.Dataset:
     """Return errors by their sources as variables along ``entry``."""
     columns = {"relative_std": [error.std for error in errors.values()]}
     columns |= {name: [getattr(error, name) for error in errors.values()] for name in _VARIABLES}
-    return xr.Dataset({name: ("entry", values) for name, values in columns.items()}, {"entry": list(errors)})
+    variables = {name: ("entry", values, {"units": "1"}) for name, values in columns.items()}
+    return xr.Dataset(variables, {"entry": list(errors)})
 
 
 def read_errors(ds: xr.Dataset) -> dict[str, KnownError]:
