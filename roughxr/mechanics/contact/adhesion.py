@@ -26,7 +26,7 @@ from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO
 from ..vocabulary.numbers import format_number
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import IncompleteResult, warn
+from ..vocabulary.text import IncompleteResult, RoughxrWarning, warn
 from ..vocabulary.units import Places, Quantities, Quantity
 from .adhesion_on_cells import NO_DIRECTIONS, Adhesion, resolving_cell
 from .adhesive_options import (
@@ -228,11 +228,6 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
     return {"law": adhesion.law, **length, **settings, **limit, "missing": missing, **tabor}
 
 
-def _time_on_cells(adhesion: Adhesion, problem: Problem) -> str:
-    """Return about the processor time of a place on cells, in words."""
-    return format_number(float(f"{seconds_on_cells(problem, adhesion):.1g}"), "s")
-
-
 def warn_of_time(specimen: Specimen, *, preload: Quantities, law: str) -> None:
     """Warn of a refined mesh of cells that takes minutes a place, before a run solves it."""
     problem, adhesion = preload_problem(specimen, preload=preload, law=law, mesh=Mesh())
@@ -246,10 +241,12 @@ def _warn_of_time(adhesion: Adhesion, problem: Problem) -> None:
         return
     if ADHESION_LAWS[adhesion.law].has_range:  # bodies so stiff touch single summits, in a tenth of this time
         return
-    if seconds_on_cells(problem, adhesion) > _LONG:
+    seconds = seconds_on_cells(problem, adhesion)
+    if seconds > _LONG:
         warn(
             "these bodies are soft and their contacts large: a place takes about "
-            f"{_time_on_cells(adhesion, problem)} of processor time; one mesh, as mesh=2, takes less and has no error"
+            f"{format_number(float(f'{seconds:.1g}'), 's')} of processor time; one mesh, as mesh=2, takes less and has "
+            "no error"
         )
 
 
@@ -258,53 +255,49 @@ def _warn_of_errors(out: xr.Dataset, adhesion: Adhesion) -> None:
     mesh, step, between = (out[f"{name}_error"] for name in ("mesh", "step", "interpolation"))
     change = xr.apply_ufunc(np.fmax, mesh, step).where(out["mesh"] > 0)  # the front states its error, on no mesh
     accuracy = f"accuracy={adhesion.accuracy:g}"
-    missed = change > adhesion.accuracy
-    if missed.any():
-        warn(
-            f"{_count_of_places(missed)} did not reach {accuracy} (largest change by cells or steps "
-            f"{float(change.max()):.2g}): their mesh is too coarse, see pull_off_error"
-        )
-    wide = between > adhesion.accuracy
-    if wide.any():
-        warn(
-            f"{_count_of_places(wide)} miss {accuracy} since the heights between the pixels are not known "
-            f"(largest interpolation_error {float(between.max()):.2g}): no mesh mends this; take a scan with smaller "
-            "pixels"
-        )
-    unknown = out["pull_off_error"].isnull() & (out["pull_off_force"] > 0)
-    if unknown.any():
-        warn(
-            f"{_count_of_places(unknown)} have no error estimate (pull_off_error is NaN), since there was no "
-            "second mesh, or it or another step gave no pull-off; compare with another mesh or a smaller step"
-        )
+    _warn_of_places(
+        change > adhesion.accuracy,
+        f"did not reach {accuracy} (largest change by cells or steps {float(change.max()):.2g}): their mesh is too "
+        "coarse, see pull_off_error",
+    )
+    _warn_of_places(
+        between > adhesion.accuracy,
+        f"miss {accuracy} since the heights between the pixels are not known (largest interpolation_error "
+        f"{float(between.max()):.2g}): no mesh mends this; take a scan with smaller pixels",
+    )
+    _warn_of_places(
+        out["pull_off_error"].isnull() & (out["pull_off_force"] > 0),
+        "have no error estimate (pull_off_error is NaN), since there was no second mesh, or it or another step gave no "
+        "pull-off; compare with another mesh or a smaller step",
+    )
 
 
-def _count_of_places(flags: xr.DataArray) -> str:
-    """Return how many places have a flag at any preload, in words."""
+def _warn_of_places(flags: xr.DataArray, words: str, category: type[Warning] = RoughxrWarning) -> None:
+    """Warn of the places with a flag at any preload, if there are any."""
     flagged = flags.any([dim for dim in flags.dims if dim != "subregion"])
-    return f"{int(flagged.sum())} of {flagged.size} subregions"
+    if flagged.any():
+        warn(f"{int(flagged.sum())} of {flagged.size} subregions {words}", category)
 
 
 def _warn_of_one_mesh(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
     """Warn of contacts that one mesh does not resolve, and of pull-offs without an error."""
     radius = out["pull_off_resolution"]
-    small = radius < LEAST_RADIUS
-    if small.any():
-        warn(
-            f"{_count_of_places(small)} have contacts with a radius below {LEAST_RADIUS:g} cells at pull-off "
-            f"(smallest {float(radius.min()):.2g}): compare with a finer mesh, or take mesh='auto'",
-            UnresolvedContact,
-        )
-    unknown = out["pull_off_error"].isnull() & (out["pull_off_force"] > 0)
-    if not unknown.any() or np.isnan(adhesion.accuracy):
+    _warn_of_places(
+        radius < LEAST_RADIUS,
+        f"have contacts with a radius below {LEAST_RADIUS:g} cells at pull-off (smallest {float(radius.min()):.2g}): "
+        "compare with a finer mesh, or take mesh='auto'",
+        UnresolvedContact,
+    )
+    if np.isnan(adhesion.accuracy):
         return
     largest = resolving_cell(adhesion, problem)
     coarse = (
         f", and cells of {problem.dx:.3g} nm do not resolve its traction (at most {largest:.3g} nm do): rounding may "
         "change the pull-off by 10 % or more"
     )
-    warn(
-        f"{_count_of_places(unknown)} have no error estimate (pull_off_error is NaN): one mesh gives none "
+    _warn_of_places(
+        out["pull_off_error"].isnull() & (out["pull_off_force"] > 0),
+        "have no error estimate (pull_off_error is NaN): one mesh gives none "
         f"for law={adhesion.law!r}{coarse if problem.dx > largest else ''}; take mesh='auto', or compare with a finer "
         "mesh",
         UnresolvedContact,
@@ -319,10 +312,11 @@ def _warn_of_ranges(out: xr.Dataset) -> None:
     if is_ranged.any():
         widest = np.nanargmax(settling_changes(pull, pressed))
         low, high = sorted([pull[widest], pressed[widest]])
-        warn(
-            f"{_count_of_places(is_ranged)} have a range and not one pull-off, at the widest {low:.3g} … "
-            f"{high:.3g} nN, from pull_off_force to pressed_pull_off_force. There attraction ends before the next "
-            "summits, which only pressing reaches: state a preload"
+        _warn_of_places(
+            is_ranged,
+            f"have a range and not one pull-off, at the widest {low:.3g} … {high:.3g} nN, from pull_off_force to "
+            "pressed_pull_off_force. There attraction ends before the next summits, which only pressing reaches: state "
+            "a preload",
         )
 
 
@@ -347,25 +341,19 @@ def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
             "on them are NaN: compare with a smaller step or a finer mesh",
             IncompleteResult,
         )
-    short = out["truncated"] & out["complete"]
-    if short.any():
-        warn(
-            f"{_count_of_places(short)} have contact or liquid at the edge of the scan or of the "
-            "indenter's map (truncated is True): their forces do not include the surface beyond; take a larger scan, "
-            "a smaller sphere or places farther inside",
-            IncompleteResult,
-        )
-    lost = ~out["complete"]
-    if lost.any() and not adhesion.on_cells:
-        warn(
-            f"{_count_of_places(lost)} have no valid front (more than one contact, or one too far "
-            "from a circle); their results are NaN: law='jkr' solves them on cells, in about "
-            f"{_time_on_cells(adhesion, problem)} each",
-            IncompleteResult,
-        )
-    elif lost.any():
+    _warn_of_places(
+        out["truncated"] & out["complete"],
+        "have contact or liquid at the edge of the scan or of the indenter's map (truncated is True): their forces do "
+        "not include the surface beyond; take a larger scan, a smaller sphere or places farther inside",
+        IncompleteResult,
+    )
+    if adhesion.on_cells:
         what = "did not reach their preload or " if adhesion.preloads.size else ""
-        warn(
-            f"{_count_of_places(lost)} {what}needed more than {MOST_CELLS:g} cells; their results are NaN",
-            IncompleteResult,
+        reason = f"{what}needed more than {MOST_CELLS:g} cells; their results are NaN"
+    else:
+        seconds = format_number(float(f"{seconds_on_cells(problem, adhesion):.1g}"), "s")
+        reason = (
+            "have no valid front (more than one contact, or one too far from a circle); their results are NaN: "
+            f"law='jkr' solves them on cells, in about {seconds} each"
         )
+    _warn_of_places(~out["complete"], reason, IncompleteResult)
