@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from roughxr.application.runs.stages import Stages
 from roughxr.mechanics.contact.elastic import direct
 from roughxr.mechanics.jobs import spread
 from roughxr.mechanics.jobs.interrupts import delivered_interrupts, is_interrupt
-from roughxr.mechanics.jobs.progress import Stages, print_line, progress, rough_duration, subregion_bar
+from roughxr.mechanics.jobs.progress import print_line, progress, rough_duration, subregion_bar
 
 from .surfaces import glass_pair, rough, scan
 

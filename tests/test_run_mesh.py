@@ -11,8 +11,8 @@ import xarray as xr
 
 import roughxr
 from roughxr.application.runs import analysis, parts, run_mesh
+from roughxr.application.runs.stages import Stages
 from roughxr.mechanics.contact import adhesive_options
-from roughxr.mechanics.jobs.progress import Stages
 from roughxr.mechanics.scans.synthetic import self_affine
 from roughxr.mechanics.specimen import specimen_of
 

@@ -13,7 +13,8 @@ from roughxr import archive
 from roughxr.application import cli, report
 from roughxr.application.runs import analysis, several
 from roughxr.application.runs import parts as run_parts
-from roughxr.mechanics.jobs.progress import Stages, progress
+from roughxr.application.runs.stages import Stages
+from roughxr.mechanics.jobs.progress import progress
 from roughxr.mechanics.scans.synthetic import self_affine
 from roughxr.mechanics.specimen import specimen_of
 

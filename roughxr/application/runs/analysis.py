@@ -27,7 +27,7 @@ from ...files.storage import remove_leftovers
 from ...mechanics.bodies.pair import assign_pair
 from ...mechanics.contact.adhesion import warn_of_time
 from ...mechanics.contact.mesh import Mesh, read_mesh
-from ...mechanics.jobs.progress import Stages, print_line, rough_duration
+from ...mechanics.jobs.progress import print_line, rough_duration
 from ...mechanics.particles import resting
 from ...mechanics.particles.force_balance import read_body
 from ...mechanics.particles.loads import Flow
@@ -45,6 +45,7 @@ from .folder import notes, refuse_own_files, tables_text, write_figures, write_p
 from .parts import PARTS, SILENT, Part, Task
 from .plan import Plan, plan, usual_mesh
 from .run_options import check_output, read_adhesion
+from .stages import Stages
 
 
 def run(

@@ -21,7 +21,6 @@ from ...mechanics.contact.elastic import direct
 from ...mechanics.contact.mesh import FRONT, TooManyCells, UnresolvedContact
 from ...mechanics.contact.regimes import formulas, regime
 from ...mechanics.contact.rigid.bodies import rigid
-from ...mechanics.jobs.progress import Stages
 from ...mechanics.jobs.records import loading
 from ...mechanics.kernels.jit import share_to_compile
 from ...mechanics.particles import critical_load
@@ -43,6 +42,7 @@ from .. import report
 from ..report.summary import BUDGET
 from .plan import Plan
 from .run_mesh import converged_mesh, need_pull_off, refuse_soft, show_answer
+from .stages import Stages
 
 #: Largest cells (nm) of rigid bodies, at most eight to a pixel.
 _RIGID_CELL = 2.5

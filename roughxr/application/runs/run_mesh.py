@@ -12,7 +12,6 @@ from ...mechanics.contact.adhesion import adhesive
 from ...mechanics.contact.adhesive_options import longest_step
 from ...mechanics.contact.mesh import FRONT, MOST_REFINED, Mesh, TooManyCells
 from ...mechanics.contact.refinement import coarser_mesh_error
-from ...mechanics.jobs.progress import Stages
 from ...mechanics.scans import regions
 from ...mechanics.scans.plausibility import is_noise
 from ...mechanics.specimen import Specimen
@@ -20,6 +19,7 @@ from ...mechanics.statistics.means import mean_pull_off, mesh_error
 from ...mechanics.vocabulary.refusal import Refusal
 from ..headline import answer_lines
 from .plan import Plan
+from .stages import Stages
 
 #: Advice where bodies are too soft for the scan, or their contacts too large.
 _REMEDY = (

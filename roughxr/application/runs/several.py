@@ -13,7 +13,7 @@ import xarray as xr
 
 from ...files.storage import atomic_write
 from ...mechanics.jobs.interrupts import is_interrupt
-from ...mechanics.jobs.progress import TimeLeft, print_line, rough_duration
+from ...mechanics.jobs.progress import print_line, rough_duration
 from ...mechanics.scans.regions import sides
 from ...mechanics.statistics import pooled
 from ...mechanics.vocabulary import schema
@@ -27,6 +27,7 @@ from ..report.run_numbers import summary_numbers
 from ..report.summary import few_digits, place_table
 from ..tables import FORMATS, table_of, written_formats
 from .folder import refuse_own_files
+from .stages import TimeLeft
 
 _FORCE = "pull_off_force"
 

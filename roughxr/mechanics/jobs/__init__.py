@@ -3,5 +3,5 @@
 spread       tasks on dask's schedulers: at once, later as a dask array, or within a run
 records      the result of one contact centre as a record, and the Dataset of all of them
 interrupts   Ctrl-C where Numba or Python hides it
-progress     progress bars, stages and the time left
+progress     progress bars and the time left
 """
