@@ -8,9 +8,15 @@ import xarray as xr
 
 from ..mechanics.bodies.pair_record import read_pair
 from ..mechanics.particles.adhesion_parameters import parameters
-from ..mechanics.particles.force_balance import refuse_varied
 from ..mechanics.statistics import cdf, reduction, smooth_pull_off
-from ..mechanics.statistics.sampling import SHARE, place_numbers, shares, standard_deviation, weighted_by_landing_share
+from ..mechanics.statistics.sampling import (
+    SHARE,
+    place_numbers,
+    refuse_several,
+    shares,
+    standard_deviation,
+    weighted_by_landing_share,
+)
 from ..mechanics.vocabulary import schema
 from ..mechanics.vocabulary.refusal import Refusal
 from ..mechanics.vocabulary.units import Quantity, fraction, positive, whole_number
@@ -84,7 +90,7 @@ def to_dem(
         raise Refusal(
             "code", f"one of {', '.join(CODES)}", f"{code!r}", "for other codes write the table of parameters"
         )
-    refuse_varied(ds)
+    refuse_several(ds)
     ds = reduction(ds)
     if code == TABLE:
         return _distribution(ds)

@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import cdf, reduction
-from ..statistics.sampling import standard_deviation, weighted_by_landing_share
+from ..statistics.sampling import refuse_several, standard_deviation, weighted_by_landing_share
 from ..vocabulary import schema
-from .force_balance import expect_moments, refuse_varied
+from .force_balance import expect_moments
 
 #: Reported quantiles over the places, and the suffixes of their names.
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
@@ -58,7 +58,7 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     from scipy.stats import norm
 
     ds = schema.entered_dataset(ds, "result")
-    refuse_varied(ds)
+    refuse_several(ds)
     ds = reduction(ds)
     ln_ratio = np.log(ds["pull_off_ratio"])
     mean = float(weighted_by_landing_share(ln_ratio).mean())

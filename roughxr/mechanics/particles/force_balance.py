@@ -25,7 +25,6 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.moments import weakest
-from ..statistics.sampling import conditions
 from ..vocabulary import schema
 from ..vocabulary.numbers import format_percent
 from ..vocabulary.refusal import Refusal
@@ -203,14 +202,6 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     out = ds.drop_vars(["pull_off_delta", "pull_off_error"], errors="ignore").assign(changed)
     out.attrs["levers"] = str(ds.attrs.get("method", "rolling"))
     return schema.label(out)
-
-
-def refuse_varied(ds: xr.Dataset):
-    """Raise if a pull-off has several conditions, with advice on how to select one."""
-    force = ds["pull_off_force"] if "pull_off_force" in ds else xr.DataArray()
-    if others := conditions(force):
-        ways = ", ".join(f"{dim}=0" for dim in others)
-        raise Refusal("", "one condition", f"several along {', '.join(others)}", f"take one by isel({ways})")
 
 
 def read_body(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:

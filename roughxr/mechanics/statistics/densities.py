@@ -68,8 +68,7 @@ def pdf(
     units = ds[name].attrs.get("units", "1")
     ends = sample.values if sample.bounds is None else sample.bounds[np.isfinite(sample.bounds)]
     edges = _bin_edges(ends, bins, units)
-    shares, above = bin_shares(sample, edges)
-    values = shares / ((shares.sum() + above) * np.diff(edges))
+    values = binned_density(sample, edges)
     points, cumulative = (edges[:-1] + edges[1:]) / 2, np.cumsum(values * np.diff(edges))
     axis = (name, points, dict(ds[name].attrs))
     out = xr.DataArray(values, dims=name, coords={name: axis, "cdf": (name, cumulative)}, name="pdf")
@@ -78,6 +77,12 @@ def pdf(
     out.attrs |= {"bin_rule": bins if isinstance(bins, str) else "given", "bin_edges": edges}
     out.attrs |= {"samples": sample.values.size, "missing": sample.missing}
     return out.assign_attrs(limit_attributes(sample.bounds))
+
+
+def binned_density(sample: Samples, edges: np.ndarray) -> np.ndarray:
+    """Return the density of samples in each bin; samples without an upper limit count, but in no bin."""
+    shares, above = bin_shares(sample, edges)
+    return shares / ((shares.sum() + above) * np.diff(edges))
 
 
 def bin_shares(sample: Samples, edges: np.ndarray) -> tuple[np.ndarray, float]:

@@ -11,7 +11,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
-from .densities import bin_shares
+from .densities import binned_density
 from .sampling import samples, without_weights
 
 
@@ -122,11 +122,8 @@ def fit(
         out[parameter].attrs["units"] = ds[name].attrs.get("units", "1")
     # most bins of a histogram: rules for their width fail where most samples are similar and a few are far off
     edges = np.histogram_bin_edges(values, bins=min(48, np.histogram_bin_edges(values, bins="auto").size - 1))
-    shares, above = bin_shares(sample, edges)
-    density = shares / ((shares.sum() + above) * np.diff(edges))
-    out = schema.label(out).assign_attrs(variable=name, samples=values.size, bin_edges=edges, density=density)
-    out.attrs["missing"] = "NaN where a law is not defined for the samples"
-    return out
+    attrs = {"variable": name, "samples": values.size, "missing": "NaN where a law is not defined for the samples"}
+    return schema.label(out).assign_attrs(attrs, bin_edges=edges, density=binned_density(sample, edges))
 
 
 def fitted_law(fits: xr.Dataset, law: str):

@@ -16,8 +16,8 @@ from .pull_off_events import pull_off, smooth_pull_off
 from .sampling import (
     LIMITS,
     at_first_preload,
-    conditions,
     refuse_conditions,
+    refuse_several,
     sample_bounds,
     weighted_by_landing_share,
     with_limits,
@@ -83,7 +83,7 @@ def _mean_with_interval(pull: xr.Dataset, bounds: np.ndarray) -> tuple[float, di
 def _adhering_bounds(pull: xr.Dataset) -> np.ndarray:
     """Return the ends (2, …) of the pull-off forces; raise unless they are those of places of which some adhere."""
     force = pull["pull_off_force"]
-    _refuse_several(force)
+    refuse_several(pull)
     if not force.dims and not {"subregion", "subregion_x"} & set(force.coords):
         raise Refusal(
             "",
@@ -96,23 +96,6 @@ def _adhering_bounds(pull: xr.Dataset) -> np.ndarray:
     if not (bounds[1] > 0).any():
         raise Refusal("pull_off_force", "at least one place that adheres", f"none of {force.size}")
     return bounds
-
-
-def _refuse_several(force: xr.DataArray):
-    """Raise for several scans or conditions, with advice on how to select or pool them."""
-    others = conditions(force)
-    if "scan" in others:
-        raise Refusal(
-            "", "one scan", "several", "take statistics.pooled(pull, 'pull_off_force') for all, or isel(scan=0)"
-        )
-    if others:
-        ways = ", ".join(f"{dim}=0" for dim in others)
-        raise Refusal(
-            "",
-            "one condition",
-            f"several along {', '.join(others)}",
-            f"take bootstrap(statistics=['mean']) of its pull_off for all, or one by isel({ways})",
-        )
 
 
 def mesh_error(pull: xr.Dataset) -> float:

@@ -202,6 +202,19 @@ def conditions(array: xr.DataArray) -> list[str]:
     return [str(dim) for dim in array.dims if dim not in ("subregion", "x", "y")]
 
 
+def refuse_several(ds: xr.Dataset) -> None:
+    """Raise for pull-off forces of several scans or conditions, with advice on how to select or pool them."""
+    others = conditions(ds.get("pull_off_force", xr.DataArray()))
+    if others:
+        ways = ", ".join(f"{dim}=0" for dim in others)
+        of_all = "bootstrap(statistics=['mean']) of its pull_off"
+        if "scan" in others:
+            of_all = "statistics.pooled(pull, 'pull_off_force')"
+        raise Refusal(
+            "", "one condition", f"several along {', '.join(others)}", f"take one by isel({ways}), or {of_all}"
+        )
+
+
 def without_weights(sample: Samples, verb: str) -> Samples:
     """Return samples without weights, with a warning if they differed."""
     if sample.weights is not None:

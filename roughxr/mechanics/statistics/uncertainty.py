@@ -27,7 +27,6 @@ from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import fraction
 from .censoring import (
     RELATIVE_STD,
-    CensoredEstimates,
     finite_ends,
     least_spread_values,
     likelihood_estimates,
@@ -167,35 +166,16 @@ def bootstrap(
     labels = _labels(statistics)
     units = _units(labels, ds[name])
     count = _independent(sample, None if within is None else samples(within, name))
-    likelihood: CensoredEstimates | None = None
-    if sample.censored is None:
-        estimate = [_estimate(label, sample.values, sample.weights) for label in labels]
-    else:
-        likelihood = likelihood_estimates(sample.censored, labels, max(count, 2.0), confidence)
-        estimate = likelihood.values[0]
+    attrs = {"variable": name, "confidence": confidence, "samples": sample.values.size, "missing": sample.missing}
+    rows, law = _estimates(sample, count, labels, confidence)
     ends = _ends(ds, name, sample, count, labels, confidence, resamples, seed)
-    is_too_few = sample.places is not None and count < fewest
-    low, high = np.full_like(ends, np.nan) if is_too_few else ends
-    out = xr.Dataset(
-        {
-            "estimate": ("statistic", estimate),
-            "low": ("statistic", low),
-            "high": ("statistic", high),
-            "independent_places": count,
-        },
-        coords={"statistic": labels},
-    )
-    if likelihood is not None:
-        if is_too_few:
-            likelihood.values[1:] = np.nan
-        out = _with_likelihood(out, likelihood, sample)
-    described = {"variable": name, "confidence": confidence, "samples": sample.values.size}
-    out = _named_ends(out, ds[name], units).assign_attrs(described | out.attrs | {"missing": sample.missing})
-    if is_too_few:
+    rows |= dict(zip(("low", "high"), ends))
+    if sample.places is not None and count < fewest:
+        rows = {row: values if row == "estimate" else np.full(len(labels), np.nan) for row, values in rows.items()}
         of = f"{format_number(count, digits=2)} of {sample.values.size}"
-        out.attrs["no_interval"] = (
-            f"too few independent places for an interval: {of}; take a larger grid or a larger scan"
-        )
+        attrs["no_interval"] = f"too few independent places for an interval: {of}; take a larger grid or a larger scan"
+    out = xr.Dataset({row: ("statistic", values) for row, values in rows.items()}, {"statistic": labels}, attrs | law)
+    out = _named_ends(out, ds[name], units).assign(independent_places=count)
     if sample_dimension(map_samples(ds, name), name) == "subregion" and "debris_share" not in ds.coords:
         out.attrs["missed_share"] = missed_share(count, 1 - confidence)
     return schema.label(out)
@@ -204,9 +184,8 @@ def bootstrap(
 def _named_ends(out: xr.Dataset, variable: xr.DataArray, units: str) -> xr.Dataset:
     """Return statistics of a variable and their intervals with units and long names."""
     long_name = variable.attrs.get("long_name", variable.name)
-    for name, prefix in _ENDS_IN_WORDS.items():
-        if name in out:
-            out[name].attrs = {"units": units, "long_name": prefix + long_name}
+    for name in out.data_vars:
+        out[name].attrs = {"units": units, "long_name": _ENDS_IN_WORDS[str(name)] + long_name}
     return out
 
 
@@ -239,12 +218,13 @@ def _ends(
     return ends
 
 
-def _with_likelihood(out: xr.Dataset, likelihood: CensoredEstimates, sample: Samples) -> xr.Dataset:
-    """Return statistics with their intervals by a likelihood with censoring, its limits and its law."""
-    _, low, high = likelihood.values
-    out = out.assign(likelihood_low=("statistic", low), likelihood_high=("statistic", high))
-    law = {"law": likelihood.law} if likelihood.law else {}
-    return out.assign_attrs(limit_attributes(sample.bounds) | law)
+def _estimates(sample: Samples, count: float, labels: list[str], confidence: float) -> tuple[dict, dict]:
+    """Return estimates, of limits by a likelihood with its interval, and limits and law as attributes."""
+    if sample.censored is None:
+        return {"estimate": [_estimate(label, sample.values, sample.weights) for label in labels]}, {}
+    law, values = likelihood_estimates(sample.censored, labels, max(count, 2.0), confidence)
+    attrs = limit_attributes(sample.bounds) | ({"law": law} if law else {})
+    return dict(zip(("estimate", "likelihood_low", "likelihood_high"), values)), attrs
 
 
 def missed_share(independent: float, risk: float = 0.05) -> float:
@@ -300,12 +280,14 @@ def _quantile(values: np.ndarray, share: Any, weights: np.ndarray | None = None)
     return xr.DataArray(values).weighted(xr.DataArray(weights)).quantile(share).values
 
 
-def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
+def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95):
     """Return bootstrap intervals of a histogram's densities."""
     sample = samples(ds, name)
-    edges, shares = np.asarray(bins, dtype=float), []
+    edges = np.asarray(bins, dtype=float)
+    shares = []
     numbered = sample._replace(values=np.arange(sample.values.size))
-    for chosen, _ in _resampled(numbered, _independent(sample), resamples, seed=0):
+    # number of resamples
+    for chosen, _ in _resampled(numbered, _independent(sample), 399, seed=0):
         shares += [_bin_fractions(sample, row, edges) for row in chosen]
     return np.quantile(np.array(shares) / np.diff(edges), [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
 
@@ -477,19 +459,26 @@ def _small_sample_ends(label: str, sample: Samples, count: float, confidence: fl
     law = np.log(np.maximum(values, 0.01 * values.mean())) if positive else values
     middle = _mean(law, weights)
     variance = _std(law, weights) ** 2 * lost
-    if label == "mean":
-        spreads = [(variance, count - 1)]  # of the samples alone, and together with the prior
-        if positive:
-            more = count - 1 + _PRIOR_FREEDOM
-            spreads += [((variance * (count - 1) + _PRIOR_SPREAD**2 * _PRIOR_FREEDOM) / more, more)]
-        candidates = []
-        for spread, freedom in spreads:
-            log_variance = spread if positive else 0.0  # ln E[exp z] = E[z] + var(z)/2 of a normal z
-            half = np.sqrt(spread / count + log_variance**2 / (2 * freedom))
-            candidates += [middle + log_variance / 2 + stdtrit(freedom, tails) * half]
-        ends = min(candidates, key=np.ptp)
+    if label == "mean" and positive:
+        ends = _cox_ends(middle, variance, count, tails)
+    elif label == "mean":
+        ends = middle + stdtrit(count - 1, tails) * np.sqrt(variance / count)
     else:
         away = ndtri(np.clip(float(label[1:]) / 100, 1e-6, 1 - 1e-6)) * np.sqrt(count)
         ends = middle + nct.ppf(tails, count - 1, away) * np.sqrt(variance / count)
     ends = np.exp(ends) if positive else ends
     return np.array([min(ends[0], estimate), max(ends[1], estimate)])
+
+
+def _cox_ends(middle: float, variance: float, count: float, tails: np.ndarray) -> np.ndarray:
+    """Return the ends of ln(mean) of log-normal samples: of their own variance, or with the prior's, if narrower."""
+    from scipy.special import stdtrit
+
+    freedom = count - 1
+    more = freedom + _PRIOR_FREEDOM
+    pooled = (variance * freedom + _PRIOR_SPREAD**2 * _PRIOR_FREEDOM) / more
+    candidates = [  # ln E[exp z] = E[z] + var(z)/2 of a normal z
+        middle + spread / 2 + stdtrit(degrees, tails) * np.sqrt(spread / count + spread**2 / (2 * degrees))
+        for spread, degrees in ((variance, freedom), (pooled, more))
+    ]
+    return min(candidates, key=np.ptp)

@@ -121,21 +121,15 @@ def compare(
         raise Refusal("extrapolation", "a result of `extrapolated`", type(extrapolation).__name__ + " without its mean")
     both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
     force_std = single(force_std, "1", "force_std", "a relative error from 0 to below 1", lambda part: 0 <= part < 1)
-    out = _statistics((predicted, measured), list(statistics), resamples, force_std).merge(
-        _scatter((predicted, measured), resamples)
-    )
-    out["scaled_distance"] = _scaled_distance(*both)
+    out = _statistics((predicted, measured), list(statistics), resamples, force_std)
+    out = out.assign(_scatter((predicted, measured), resamples), scaled_distance=_scaled_distance(*both))
     best = {} if extrapolation is None else {name: float(extrapolation[name]) for name in BEST_ESTIMATE}
-    out = out.assign(best)
+    out = out.assign(best).assign_coords(probability=_LEVELS)
     for name, forces in zip(("predicted", "measured"), both):
-        out[f"{name}_quantile"] = ("probability", np.quantile(forces.values, _LEVELS))
-        if forces.bounds is not None:
-            low, high = with_infinity(np.quantile(finite_ends(forces.bounds), _LEVELS, axis=1).T)
-            out[f"{name}_quantile"] = ("probability", np.where(low == high, low, np.nan))
-            out[f"{name}_quantile_low"] = ("probability", low)
-            out[f"{name}_quantile_high"] = ("probability", high)
-            out.attrs |= {f"{name}_{key}": value for key, value in limit_attributes(forces.bounds).items()}
-    out = schema.label(out.assign_coords(probability=_LEVELS).assign(_distribution_test(*both)))
+        quantiles = {f"{name}_quantile{end}": values for end, values in _quantiles(forces).items()}
+        out = out.assign({quantile: ("probability", values) for quantile, values in quantiles.items()})
+        out.attrs |= {f"{name}_{key}": value for key, value in limit_attributes(forces.bounds).items()}
+    out = schema.label(out.assign(_distribution_test(*both)))
     for name in ("predicted", "measured"):
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
@@ -143,9 +137,17 @@ def compare(
         "confidence": 0.95,
         "force_std": force_std,
         "measured_from": str(measured.attrs.get("source_file", "not stated")),
+        "missing": "NaN where a value is not positive",
     }
-    out.attrs["missing"] = "NaN where a value is not positive"
     return out
+
+
+def _quantiles(forces: Samples) -> dict[str, np.ndarray]:
+    """Return the quantiles at `_LEVELS`; of limits those that do not depend on them, and the ends of all."""
+    if forces.bounds is None:
+        return {"": np.quantile(forces.values, _LEVELS)}
+    low, high = with_infinity(np.quantile(finite_ends(forces.bounds), _LEVELS, axis=1).T)
+    return {"": np.where(low == high, low, np.nan), "_low": low, "_high": high}
 
 
 def _refuse_exchanged(predicted: Any, measured: Any) -> None:
@@ -185,10 +187,10 @@ def _statistics(datasets: Sequence[xr.Dataset], statistics: list[str], resamples
     return out.assign(dict(zip(("ratio", "ratio_low", "ratio_high"), _ratio(*intervals))))
 
 
-def _scatter(datasets: Sequence[xr.Dataset], resamples: int) -> xr.Dataset:
+def _scatter(datasets: Sequence[xr.Dataset], resamples: int) -> dict[str, float]:
     """Return the relative standard deviations of both and their ratio, with intervals."""
     intervals = [_intervals(ds, [RELATIVE_STD], resamples, seed) for seed, ds in enumerate(datasets)]
-    out = xr.Dataset()
+    out = {}
     names = [f"predicted_{RELATIVE_STD}", f"measured_{RELATIVE_STD}", f"{RELATIVE_STD}_ratio"]
     for name, ends in zip(names, [*intervals, _ratio(*intervals)]):
         for end, (_, value) in zip(("", "_low", "_high"), ends):

@@ -127,22 +127,38 @@ def fit_pair(
         predict.warn_again(predict.last_warnings)
         raise
     predict.warn_again(predict.warnings_near(next((v for v in (fitted.value, fitted.high) if v > 0), start)))
-    ends = {"fitted_work_low": fitted.low, "fitted_work_high": fitted.high}
-    out = xr.Dataset({"fitted_work_of_adhesion": fitted.value, **ends}, {"trial_work_of_adhesion": fitted.values})
-    out["quantile_distance"] = ("trial_work_of_adhesion", fitted.distance)
-    out = out.assign(spread_ratio=fitted.spread_ratio, force_exponent=fitted.exponent)
-    out["modulus_trade"] = _modulus_trade(fitted, predict) if np.isfinite(fitted.value) else np.nan
-    law = {"law": predict.options["law"]} if method == "adhesive" else {}
-    out.attrs = {"method": method, **law, "confidence": confidence, "force_std": force_std}
-    out.attrs["measured_from"] = str(measured.attrs.get("source_file", ""))
-    out.attrs["missing"] = "NaN where the work of adhesion is beyond the values solved"
-    if forces.bounds is not None:
-        out.attrs |= limit_attributes(forces.bounds)
-        out.attrs["law_of_measured"] = "log-normal, with censoring"
+    out = schema.label(_fitted_scalars(fitted, _modulus_trade(fitted, predict)))
+    out.attrs = {
+        "method": method,
+        "confidence": confidence,
+        "force_std": force_std,
+        "measured_from": str(measured.attrs.get("source_file", "")),
+        "missing": "NaN where the work of adhesion is beyond the values solved",
+        "contact_modulus": float(ds["contact_modulus"]),
+        "extrapolated": int(extrapolation is not None),
+        **limit_attributes(forces.bounds),
+    }
+    if method == "adhesive":
+        out.attrs["law"] = predict.options["law"]
     if fitted.left_out:
         out.attrs["left_out"] = list(fitted.left_out)
-    out.attrs |= {"contact_modulus": float(ds["contact_modulus"]), "extrapolated": int(extrapolation is not None)}
-    return schema.label(out)
+    return out
+
+
+def _fitted_scalars(fitted: Fitted, modulus_trade: float) -> xr.Dataset:
+    """Return a fit as variables."""
+    return xr.Dataset(
+        {
+            "fitted_work_of_adhesion": fitted.value,
+            "fitted_work_low": fitted.low,
+            "fitted_work_high": fitted.high,
+            "quantile_distance": ("trial_work_of_adhesion", fitted.distance),
+            "spread_ratio": fitted.spread_ratio,
+            "force_exponent": fitted.exponent,
+            "modulus_trade": modulus_trade,
+        },
+        {"trial_work_of_adhesion": fitted.values},
+    )
 
 
 def _positive_forces(measured: xr.Dataset) -> Samples:
@@ -221,6 +237,8 @@ class _Prediction:
 
 
 def _modulus_trade(fitted: Fitted, predict: _Prediction) -> float:
-    """Return d ln w / d ln of the contact modulus, at equal forces."""
+    """Return d ln w / d ln of the contact modulus, at equal forces; NaN without a fit."""
+    if not np.isfinite(fitted.value):
+        return np.nan
     moved = np.log(predict(fitted.value, CHANGE).forces.values).mean() - fitted.mean
     return float(-moved / np.log(CHANGE) / fitted.exponent) if fitted.exponent else np.nan

@@ -72,21 +72,32 @@ def check_call(
     by_position = [parameter.name for parameter in parameters if parameter.kind in _BY_POSITION]
     by_name = [parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY]
     verb = door.rpartition(".")[2]
-    unknown = [name for name in options if name not in (*by_position, *by_name)]
-    if unknown and Parameter.VAR_KEYWORD not in kinds:
-        similar = did_you_mean(unknown[0], (*by_name, *by_position))
-        listed = ", ".join(by_name or by_position)
-        advice = f"its options are {listed}" if listed else "leave it out"
-        raise WrongCall(unknown[0], f"an option of {verb}", f"no such option{similar}", advice)
+    if Parameter.VAR_KEYWORD not in kinds:
+        _refuse_unknown(verb, options, by_name, by_position)
     if len(arguments) > len(by_position) and Parameter.VAR_POSITIONAL not in kinds:
-        count = len(by_position)
-        expected = f"at most {count} argument{'s' * (count > 1)} without a name ({', '.join(by_position)})"
-        expected = expected if by_position else "arguments by their names"
-        advice = f"name {'the others' if by_position else 'them'}: {', '.join(f'{name}=' for name in by_name)}"
-        raise WrongCall(verb, expected, f"{len(arguments)} without a name", advice if by_name else "")
+        raise _surplus(verb, len(arguments), by_name, by_position)
     if doubled := [name for name in by_position[: len(arguments)] if name in options]:
         raise WrongCall(doubled[0], "one value", "two, one of them without a name")
     needed = [parameter.name for parameter in parameters if parameter.default is parameter.empty]
     to_give = [name for name in (*by_position[len(arguments) :], *by_name) if name not in options]
     if missing := [name for name in needed if name in to_give]:
         raise WrongCall(verb, ", ".join(missing), "none", f"see help({door})")
+
+
+def _refuse_unknown(verb: str, options: Mapping[str, Any], by_name: list[str], by_position: list[str]) -> None:
+    """Raise for an option that a function does not have."""
+    for name in options:
+        if name not in (*by_position, *by_name):
+            similar = did_you_mean(name, (*by_name, *by_position))
+            listed = ", ".join(by_name or by_position)
+            advice = f"its options are {listed}" if listed else "leave it out"
+            raise WrongCall(name, f"an option of {verb}", f"no such option{similar}", advice)
+
+
+def _surplus(verb: str, given: int, by_name: list[str], by_position: list[str]) -> WrongCall:
+    """Return the error of more arguments without a name than a function takes."""
+    count = len(by_position)
+    expected = f"at most {count} argument{'s' * (count > 1)} without a name ({', '.join(by_position)})"
+    expected = expected if by_position else "arguments by their names"
+    advice = f"name {'the others' if by_position else 'them'}: {', '.join(f'{name}=' for name in by_name)}"
+    return WrongCall(verb, expected, f"{given} without a name", advice if by_name else "")
