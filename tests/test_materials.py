@@ -295,7 +295,7 @@ def test_the_page_of_materials_has_their_numbers():
     page = (Path(__file__).parents[1] / "notebooks" / "site" / "materials.md").read_text(encoding="utf-8")
     for name, material in MATERIALS.items():
         start = f"| {name} | {material.young_modulus:g} | {material.poisson_ratio:g} | {material.elastic_source} |"
-        assert f"{start} " in page and f"| {1e3 * material.hamaker:g} |" in page
+        assert f"{start} " in page and f"| {1e3 * material.hamaker_constant:g} |" in page
 
 
 def test_materials_of_a_users_own_table_come_first(tmp_path, monkeypatch):

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, NamedTuple
 
 import xarray as xr
@@ -172,6 +173,13 @@ def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple |
 
     ``pair`` contains the other coordinates, ``bodies`` the named materials if their Hamaker constants set the adhesion.
     """
+    if "work_of_adhesion" not in pair:
+        raise Refusal(
+            "humidity",
+            "the dry adhesion of the bodies as well",
+            "none",
+            "give work_of_adhesion or hamaker_constant, or work_of_adhesion=0 if they attract by liquid alone",
+        )
     liquid = air.liquid
     pressure = _pressure(air.humidity)
     tension, volume = _liquid(liquid)
@@ -228,15 +236,11 @@ def updated_liquid_share(ds: xr.Dataset, work: float) -> dict[str, float]:
 
 def _pressure(humidity: Any) -> float:
     """Return a relative vapour pressure; raise unless it is between 0 and saturation."""
-    name = "humidity"
-    text = str(humidity).strip().removesuffix("%") if _is_percent(humidity) else humidity
-    number = magnitude(text, "1", name) * (0.01 if _is_percent(humidity) else 1.0)
-    if "%" in str(text) or not isinstance(number, float) or not 0 < number < 1:
-        meant = (
-            f": {number:g} % is {0.01 * number:g}"
-            if isinstance(number, float) and not _is_percent(humidity) and 1 < number < 100
-            else ""
-        )
+    number = magnitude(humidity, "1", "humidity")
+    if not isinstance(number, float) or not 0 < number < 1:
+        meant = ""
+        if isinstance(humidity, Real) and 1 < number < 100:
+            meant = f": {number:g} % is {0.01 * number:g}"
         raise Refusal("humidity", "relative humidity between 0 and 1, as 0.6 or '60 %'", f"{shown(humidity)}{meant}")
     # relative vapour pressure above which this law would fill every gap
     saturation = 0.99
@@ -248,10 +252,6 @@ def _pressure(humidity: Any) -> float:
             "give a lower one",
         )
     return number
-
-
-def _is_percent(humidity: Any) -> bool:
-    return isinstance(humidity, str) and humidity.strip().endswith("%")
 
 
 def _liquid(liquid: Any) -> tuple[float, float]:
@@ -293,7 +293,7 @@ def _share(pair: dict[str, float], medium: float | None) -> float:
 
 def _named_materials_share(bodies: tuple, medium: float) -> float:
     """Return this share for two named materials; 0 where they repel each other under the liquid."""
-    first, second = (body.hamaker for body in bodies)
+    first, second = (body.hamaker_constant for body in bodies)
     return max(combined(first, second, medium) / combined(first, second), 0.0)
 
 

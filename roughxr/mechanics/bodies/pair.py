@@ -213,35 +213,19 @@ def assign_pair(
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     if poisson_ratio is not None and young_modulus is None:
         raise Refusal("poisson_ratio", "none without young_modulus", poisson_ratio, "leave it out")
-    bodies = None if materials is None else substances.named_pair(materials)
-    moduli: tuple[Any, ...] = (young_modulus, poisson_ratio)
-    if bodies is not None:
-        for body in bodies:
-            _plausible(body.hamaker, "hamaker_constant", body.hamaker)
-        moduli = tuple(zip(*((body.young_modulus, body.poisson_ratio) for body in bodies)))
-    coating = {}
-    if layer is not None:
-        layer = read_layer(layer)
-        moduli, coating = _coated(layer, contact_modulus, *moduli)
-        named = () if layer.material is None else substances.named_pair(layer.material)[:1]
-        bodies = (bodies[0], *named) if named and bodies else None  # those that face each other
-    between = 0.0 if medium is None else _own_constant(medium, substances.MEDIA, "medium")
-    if between > 0:
-        _refuse_medium(bodies, surface_energy, work_of_adhesion, hamaker_constant)
-        if humidity is not None:
-            raise Refusal("medium", "a dry pair across a medium, or humid air", "both", "leave medium or humidity out")
+    bodies, moduli = _elastic_bodies(materials, young_modulus, poisson_ratio, contact_modulus, layer)
+    is_known = bodies is not None and surface_energy is work_of_adhesion is hamaker_constant is None
+    between = _medium_constant(medium, is_known, is_humid=humidity is not None)
     air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
     adhesion, under_liquid = _dry_and_under_liquid(surface_energy, work_of_adhesion, is_humid=air is not None)
-    values = _without_missing(
-        contact_modulus=_contact_modulus(contact_modulus, *moduli),
+    values = moduli | _without_missing(
         sphere_radius=None if sphere_radius is None else _radius(sphere_radius, ds),
         **_attraction(bodies, adhesion, hamaker_constant, between),
         adhesion_range=_plausibly(adhesion_range, "adhesion_range"),
         retardation=_plausibly(retardation, "retardation"),
     )
-    values |= _hardness(bodies, hardness, values) | coating
+    values |= _hardness(bodies, hardness, values)
     if air is not None:
-        _refuse_unknown_attraction(values)
         attracting = bodies if adhesion is hamaker_constant is None else None  # whose own constants set the attraction
         values |= under_liquid
         values |= liquids.liquid_coordinates(values, air, bodies=attracting)
@@ -314,36 +298,29 @@ def _own_constant(body: Any, constants: dict[str, Any], name: str = "hamaker_con
     """Return the Hamaker constant (nN nm) of a name or a quantity."""
     if isinstance(body, str) and not carries_units(body):
         material = constants[schema.one_of(body.strip().lower(), constants, name)]
-        return material if isinstance(material, float) else material.hamaker
+        return material if isinstance(material, float) else material.hamaker_constant
     return single(body, "nN nm", name, "one number >= 0 in nN nm", lambda value: value >= 0)
 
 
-def _refuse_medium(bodies: tuple | None, *stated: Any) -> None:
-    """Raise unless the attraction across a medium follows from named materials alone."""
-    if bodies is None or any(value is not None for value in stated):
+def _medium_constant(medium: Any, is_known: bool, *, is_humid: bool) -> float:
+    """Return the Hamaker constant of a medium; raise unless the attraction across it is known, in a dry pair."""
+    between = 0.0 if medium is None else _own_constant(medium, substances.MEDIA, "medium")
+    if between > 0 and not is_known:
         raise Refusal(
             "medium",
             "named materials alone, whose attraction across it is known",
             advice="give work_of_adhesion or hamaker_constant under the medium instead, without medium",
         )
-
-
-def _refuse_unknown_attraction(pair: dict[str, float]) -> None:
-    """Raise for a humid pair whose attraction without the liquid is not stated."""
-    if "work_of_adhesion" not in pair:
-        raise Refusal(
-            "humidity",
-            "the dry adhesion of the bodies as well",
-            "none",
-            "give work_of_adhesion or hamaker_constant, or work_of_adhesion=0 if they attract by liquid alone",
-        )
+    if between > 0 and is_humid:
+        raise Refusal("medium", "a dry pair across a medium, or humid air", "both", "leave medium or humidity out")
+    return between
 
 
 def _attraction(bodies: tuple | None, adhesion: float | None, stated_constant: Any, medium: float) -> dict[str, float]:
     """Return work of adhesion and Hamaker constant, as far as they are given or follow from named materials."""
     constant = _plausibly(stated_constant, "hamaker_constant")
     if bodies is not None and adhesion is None and constant is None:
-        first, second = (body.hamaker for body in bodies)
+        first, second = (body.hamaker_constant for body in bodies)
         constant = substances.combined(first, second, medium)
         if constant <= 0:
             raise Refusal(
@@ -372,6 +349,25 @@ def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | 
     return x, y, height
 
 
+def _elastic_bodies(
+    materials: Any, young_modulus: Any, poisson_ratio: Any, stated_modulus: Any, layer: Layer | str | None
+) -> tuple[tuple | None, dict[str, float]]:
+    """Return the named bodies that face each other, None for others, and the moduli as coordinates."""
+    bodies = None if materials is None else substances.named_pair(materials)
+    if bodies is not None:
+        for body in bodies:
+            _plausible(body.hamaker_constant, "hamaker_constant", body.hamaker_constant)
+        young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
+    if layer is None:
+        return bodies, {"contact_modulus": _contact_modulus(stated_modulus, young_modulus, poisson_ratio)}
+    layer = read_layer(layer)
+    moduli, ratios, coating = _coated(layer, stated_modulus, young_modulus, poisson_ratio)
+    facing = None
+    if bodies is not None and layer.material is not None:
+        facing = (bodies[0], substances.named_pair(layer.material)[0])
+    return facing, {"contact_modulus": contact_modulus(moduli, ratios)} | coating
+
+
 def _contact_modulus(stated_modulus: Any, young_modulus: Any, poisson_ratio: Any) -> float:
     if stated_modulus is not None:
         return _plausibly(stated_modulus, "contact_modulus")
@@ -381,7 +377,7 @@ def _contact_modulus(stated_modulus: Any, young_modulus: Any, poisson_ratio: Any
 
 
 def _coated(layer: Layer, stated_modulus: Any, young_modulus: Any, poisson_ratio: Any):
-    """Return the moduli of layer and indenter, two pairs, and the coordinates of the layer and its base."""
+    """Return Young's moduli and Poisson's ratios of indenter and layer, and the coordinates of layer and base."""
     if stated_modulus is not None or poisson_ratio is None:
         stated = "no poisson_ratio" if stated_modulus is None else "their contact_modulus"
         raise Refusal(
@@ -410,7 +406,7 @@ def _coated(layer: Layer, stated_modulus: Any, young_modulus: Any, poisson_ratio
             f"at most {stiffest_layer:g} times the modulus of its base, {values['base_modulus']:g} GPa",
             f"{values['layer_modulus']:g} GPa",
         )
-    return ((indenter, values["layer_modulus"]), (ratios[0], material.poisson_ratio)), values
+    return (indenter, values["layer_modulus"]), (ratios[0], material.poisson_ratio), values
 
 
 def _layer_material(name: str) -> substances.Material:

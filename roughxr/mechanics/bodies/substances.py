@@ -19,7 +19,7 @@ import os
 from collections.abc import Iterable
 from importlib.resources import files
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import did_you_mean
@@ -30,14 +30,14 @@ CUT_OFF = 0.165
 
 
 class Material(NamedTuple):
-    """An isotropic solid; ``hamaker`` across vacuum, of the oxide where one covers it."""
+    """An isotropic solid; the Hamaker constant is that across vacuum, of the oxide where one covers it."""
 
     young_modulus: float  # GPa
     poisson_ratio: float
     elastic_source: str
     hardness: float  # GPa, an estimate; infinite where none is known
     hardness_source: str
-    hamaker: float  # nN nm = 1e-18 J
+    hamaker_constant: float  # nN nm = 1e-18 J
     hamaker_source: str
 
 
@@ -58,22 +58,16 @@ def read_materials(lines: Iterable[str], table: object) -> dict[str, Material]:
         name = (row.get("name") or "").strip().lower()
         if not name or "/" in name:
             raise Refusal(table, "a column 'name' without '/'", f"{name!r} in {', '.join(map(str, row))}")
-        numbers = {}
+        numbers: dict[str, Any] = {}
         for column, units in _COLUMNS.items():
             text = (row.get(column) or "").strip()
             if not text and column != "hardness":
                 raise Refusal(table, f"{column} of {name} ({units})", "none")
             numbers[column] = math.inf if not text else _number(text, units, f"{table}: {column} of {name}")
-        sources = [row.get(f"{kind}_source") or f"{table}" for kind in ("elastic", "hardness", "hamaker")]
-        materials[name] = Material(
-            numbers["young_modulus"],
-            numbers["poisson_ratio"],
-            sources[0],
-            numbers["hardness"],
-            sources[1],
-            numbers["hamaker_constant"],
-            sources[2],
-        )
+        sources: dict[str, Any] = {
+            column: row.get(column) or f"{table}" for column in Material._fields if column not in numbers
+        }
+        materials[name] = Material(**numbers, **sources)
     return materials
 
 
