@@ -5,7 +5,6 @@ They are scalar coordinates, which every result and archive keeps.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -210,30 +209,28 @@ def assign_pair(
     ds = schema.entered_dataset(ds)
     ds = schema.validate(ds, "scan") if schema.kind_of(ds) == "scan" else ds
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
-    _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
-    if poisson_ratio is not None and young_modulus is None:
-        raise Refusal("poisson_ratio", "none without young_modulus", poisson_ratio, "leave it out")
     bodies, moduli = _elastic_bodies(materials, young_modulus, poisson_ratio, contact_modulus, layer)
     is_known = bodies is not None and surface_energy is work_of_adhesion is hamaker_constant is None
     between = _medium_constant(medium, is_known, is_humid=humidity is not None)
     air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
     adhesion, under_liquid = _dry_and_under_liquid(surface_energy, work_of_adhesion, is_humid=air is not None)
-    values = moduli | _without_missing(
-        sphere_radius=None if sphere_radius is None else _radius(sphere_radius, ds),
-        **_attraction(bodies, adhesion, hamaker_constant, between),
-        adhesion_range=_plausibly(adhesion_range, "adhesion_range"),
-        retardation=_plausibly(retardation, "retardation"),
+    values = (
+        moduli
+        | under_liquid
+        | _without_missing(
+            sphere_radius=_radius(sphere_radius, ds),
+            **_attraction(bodies, adhesion, hamaker_constant, between),
+            adhesion_range=_plausibly(adhesion_range, "adhesion_range"),
+            retardation=_plausibly(retardation, "retardation"),
+        )
     )
     values |= _hardness(bodies, hardness, values)
     if air is not None:
         attracting = bodies if adhesion is hamaker_constant is None else None  # whose own constants set the attraction
-        values |= under_liquid
         values |= liquids.liquid_coordinates(values, air, bodies=attracting)
-    texts = {"materials": "/".join(materials) if isinstance(materials, tuple) else materials, "medium": medium}
-    out = _without_pair(ds, texts).assign_coords(values)
+    out = _with_names(ds, materials, medium).assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
-    out.attrs |= {name: str(value) for name, value in texts.items() if value is not None}
     return schema.label(out)
 
 
@@ -248,10 +245,12 @@ def _dry_and_under_liquid(
     return adhesion, {"share_under_liquid": under / adhesion if under is not None and adhesion else 1.0}
 
 
-def _without_pair(ds: xr.Dataset, texts: Iterable[str]) -> xr.Dataset:
-    """Return a Dataset without a pair assigned before, and without attributes of these names."""
+def _with_names(ds: xr.Dataset, materials: Any, medium: Any) -> xr.Dataset:
+    """Return a Dataset without a pair assigned before, with the names of materials and medium as attributes."""
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
-    out.attrs = {name: value for name, value in ds.attrs.items() if name not in texts}
+    names = {"materials": "/".join(materials) if isinstance(materials, tuple) else materials, "medium": medium}
+    out.attrs = {name: value for name, value in ds.attrs.items() if name not in names}
+    out.attrs |= {name: str(value) for name, value in names.items() if value is not None}
     return out
 
 
@@ -353,6 +352,9 @@ def _elastic_bodies(
     materials: Any, young_modulus: Any, poisson_ratio: Any, stated_modulus: Any, layer: Layer | str | None
 ) -> tuple[tuple | None, dict[str, float]]:
     """Return the named bodies that face each other, None for others, and the moduli as coordinates."""
+    _exactly_one(materials=materials, contact_modulus=stated_modulus, young_modulus=young_modulus)
+    if poisson_ratio is not None and young_modulus is None:
+        raise Refusal("poisson_ratio", "none without young_modulus", poisson_ratio, "leave it out")
     bodies = None if materials is None else substances.named_pair(materials)
     if bodies is not None:
         for body in bodies:
@@ -483,10 +485,10 @@ def _hardness(bodies: tuple | None, stated: Any, pair: dict[str, float]) -> dict
     return {"hardness": value}
 
 
-def _radius(stated: Any, ds: xr.Dataset) -> float:
-    """Return the sphere's radius (nm); raise or warn where the scan's pixels do not resolve it."""
+def _radius(stated: Any, ds: xr.Dataset) -> float | None:
+    """Return the sphere's radius (nm), None without one; raise or warn where the scan's pixels do not resolve it."""
     radius = _plausibly(stated, "sphere_radius")
-    if "height" not in ds or not {"x", "y"} <= set(ds["height"].dims) & set(ds.indexes):
+    if radius is None or "height" not in ds or not {"x", "y"} <= set(ds["height"].dims) & set(ds.indexes):
         return radius
     pixel = max(schema.spacing(ds[axis]) for axis in ("x", "y"))
     sentence = f"sphere_radius: {radius:g} nm is {radius / pixel:.2g} pixels of {pixel:g} nm"
