@@ -122,7 +122,7 @@ def compare(
     both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
     force_std = single(force_std, "1", "force_std", "a relative error from 0 to below 1", lambda part: 0 <= part < 1)
     out = _statistics((predicted, measured), list(statistics), resamples, force_std)
-    out = out.assign(_scatter((predicted, measured), resamples), scaled_distance=_scaled_distance(*both))
+    out = out.assign(_scatter((predicted, measured), resamples) | {"scaled_distance": _scaled_distance(*both)})
     best = {} if extrapolation is None else {name: float(extrapolation[name]) for name in BEST_ESTIMATE}
     out = out.assign(best).assign_coords(probability=_LEVELS)
     for name, forces in zip(("predicted", "measured"), both):
