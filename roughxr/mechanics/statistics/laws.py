@@ -101,17 +101,8 @@ def fit(
     values = sample.values
     if values.size < 3 or np.ptp(values) == 0:
         raise Refusal(name, "at least three samples, not all equal", values.size)
-    tested = values  # for the simulated goodness of fit
     simulations = 0 if sample.bounds is not None else simulations
-    # largest number of samples for the simulated goodness of fit. All 262,144 pixels of a map would take ten minutes,
-    # and such close neighbours are not independent.
-    most_simulated = 2000
-    if simulations and values.size > most_simulated:
-        warn(
-            f"{name}: {values.size} samples; ks_p_value is computed from {most_simulated} of them drawn at random, "
-            "all other results from all"
-        )
-        tested = np.random.default_rng(0).choice(values, most_simulated, replace=False)
+    tested = _tested(values, name) if simulations else values
     bounds = np.array([values, values]) if sample.censored is None else sample.censored
     rows = np.array([_fit_law(LAWS[law], bounds, tested, simulations) for law in laws])
     out = xr.Dataset({result: ("law", rows[:, k]) for k, result in enumerate(_RESULTS)}, coords={"law": list(laws)})
@@ -124,6 +115,20 @@ def fit(
     edges = np.histogram_bin_edges(values, bins=min(48, np.histogram_bin_edges(values, bins="auto").size - 1))
     attrs = {"variable": name, "samples": values.size, "missing": "NaN where a law is not defined for the samples"}
     return schema.label(out).assign_attrs(attrs, bin_edges=edges, density=binned_density(sample, edges))
+
+
+def _tested(values: np.ndarray, name: str) -> np.ndarray:
+    """Return the samples for the simulated goodness of fit, with a warning if these are not all."""
+    # largest number of samples. All 262,144 pixels of a map would take ten minutes, and such close neighbours are not
+    # independent.
+    most_simulated = 2000
+    if values.size <= most_simulated:
+        return values
+    warn(
+        f"{name}: {values.size} samples; ks_p_value is computed from {most_simulated} of them drawn at random, all "
+        "other results from all"
+    )
+    return np.random.default_rng(0).choice(values, most_simulated, replace=False)
 
 
 def fitted_law(fits: xr.Dataset, law: str):

@@ -191,34 +191,32 @@ def entered_dataset(data: Any, kind: str = "scan") -> xr.Dataset:
     return in_package_units(data)
 
 
-def _other_dimension(ds: xr.Dataset) -> str:
-    """Return the dimension of a stack of images, or of an image without x and y."""
-    return next((str(dim) for dim in ds["height"].dims if dim not in ("x", "y")), "z")
-
-
 def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
     """Return a scan with height as (x, y) in nm on uniform pixel centres."""
-    if set(ds["height"].dims) != {"x", "y"}:
+    others = [str(dim) for dim in ds["height"].dims if dim not in ("x", "y")]
+    if others:
         raise Refusal(
             "height",
             "dimensions ('x', 'y')",
             f"({', '.join(map(str, ds['height'].dims))})",
-            f"take one image, ds.isel({_other_dimension(ds)}=0), or each in turn",
+            f"take one image, ds.isel({others[0]}=0), or each in turn",
         )
+    steps = {}
     for axis in ("x", "y"):
         if axis not in ds.coords:
             raise Refusal(axis, "a coordinate of pixel centres in nm", "none", "assign one")
-        if spacing(ds[axis]) < SMALLEST_LENGTH:
+        steps[axis] = spacing(ds[axis])
+        if steps[axis] < SMALLEST_LENGTH:
             raise Refusal(
                 axis,
                 f"pixels of at least {SMALLEST_LENGTH:g} nm",
-                f"{spacing(ds[axis]):.3g} nm",
+                f"{steps[axis]:.3g} nm",
                 f"state their units, for example ds[{axis!r}].attrs['units'] = 'm'",
             )
     out = ds.assign(height=_float_heights(ds["height"].variable.transpose("x", "y")))
     bare = [name for name in ("x", "y", "height") if not out[name].attrs.get("units")]
     if bare:  # state the size of the scan in nm, so that a wrong unit is noticed
-        sides = " x ".join(f"{(out.sizes[axis]) * spacing(out[axis]):.4g}" for axis in ("x", "y"))
+        sides = " x ".join(f"{out.sizes[axis] * step:.4g}" for axis, step in steps.items())
         relief = np.nan if out.chunks else float(out["height"].max() - out["height"].min())
         heights = "" if out.chunks else f" and heights over {relief:.4g} nm"
         warn(
