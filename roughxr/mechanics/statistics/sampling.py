@@ -207,11 +207,11 @@ def refuse_several(ds: xr.Dataset) -> None:
     others = conditions(ds.get("pull_off_force", xr.DataArray()))
     if others:
         ways = ", ".join(f"{dim}=0" for dim in others)
-        of_all = "bootstrap(statistics=['mean']) of its pull_off"
+        pooling = "bootstrap(statistics=['mean']) of its pull_off"
         if "scan" in others:
-            of_all = "statistics.pooled(pull, 'pull_off_force')"
+            pooling = "statistics.pooled(pull, 'pull_off_force')"
         raise Refusal(
-            "", "one condition", f"several along {', '.join(others)}", f"take one by isel({ways}), or {of_all}"
+            "", "one condition", f"several along {', '.join(others)}", f"take one by isel({ways}), or {pooling}"
         )
 
 
