@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 
 import dask
 import dask.array as da
@@ -12,6 +13,7 @@ import xarray as xr
 import roughxr
 from roughxr import archive
 from roughxr.application.cli.file_commands import save_picture
+from roughxr.application.checkpoint import checkpointed
 from roughxr.application.tables import to_table
 from roughxr.files.storage import atomic_write, remove_leftovers, uninterrupted
 from roughxr.scans import to_file
@@ -98,6 +100,12 @@ def test_a_full_disk_is_reported_and_no_file_remains(small_disk, name):
         WRITERS[name](again)
         xr.testing.assert_identical(*(xr.open_datatree(file).load() for file in (path, again)))
         assert os.path.getsize(path) > 65536
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="has no folder /proc, in which nobody may write")
+def test_a_folder_in_which_nobody_may_write_is_no_full_disk():
+    with pytest.raises(OSError, match="the checkpoint could not be written .*: choose a folder in which you may"):
+        checkpointed(dict, "/proc/x/run.nc", scan=scan(rough(8)), arguments={})
 
 
 def test_an_interrupt_waits_until_the_file_is_whole(tmp_path):

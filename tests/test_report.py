@@ -288,6 +288,15 @@ def test_a_run_with_other_names_ends_in_a_sentence_at_every_door(lost, run, tmp_
         assert f"expected {lost!r} in the archive of the run, found none: another" in capsys.readouterr().err
 
 
+def test_a_run_without_an_attribute_of_today_ends_in_a_sentence(run, tmp_path, capsys):
+    solved = run["solutions/adhesive"].copy()
+    del solved.attrs["law"]
+    path = archive.save(run | {"solutions/adhesive": solved}, tmp_path / "run.nc")
+    with bare_runs():
+        assert cli.main(["report", str(path)]) == 1
+    assert "expected 'law' in the archive of the run, found none: another version" in capsys.readouterr().err
+
+
 def test_rings_of_debris_are_those_of_all_places(run):
     """A smooth flat and the shown contact are single places; particles at rest have shares in place of flags."""
     assert debris_flags(run).shape == run["solutions/direct"].subregion.shape

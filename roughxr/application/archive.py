@@ -36,7 +36,7 @@ from ..files.storage import (
 )
 from ..mechanics.vocabulary.provenance import as_json
 from ..mechanics.vocabulary.refusal import Refusal
-from ..mechanics.vocabulary.schema import VARIABLES, in_package_units
+from ..mechanics.vocabulary.schema import in_package_units
 from ..mechanics.vocabulary.text import warn
 
 __all__ = ["load", "save"]
@@ -367,7 +367,7 @@ def _has_statistics(path: Path) -> bool:
 
 
 def checked_names(door: Callable) -> Callable:
-    """Return a function that takes a run, and names a variable or group that the run's archive lacks."""
+    """Return a function that takes a run, and names a variable, attribute or group that the run's archive lacks."""
 
     @functools.wraps(door)
     def checked(*arguments: Any, **options: Any):
@@ -377,15 +377,9 @@ def checked_names(door: Callable) -> Callable:
             lookup: BaseException = error
             while lookup.__context__ is not None:  # of a mapping, below the Dataset's
                 lookup = lookup.__context__
-            name = lookup.args[0] if isinstance(lookup, KeyError) else None
-            if not isinstance(name, str) or (name not in VARIABLES and "/" not in name):
-                raise
-            raise Refusal(
-                "",
-                f"{name!r} in the archive of the run",
-                "none: another version of roughxr wrote it",
-                "repeat the run under another name",
-            ) from error
+            expected = f"{lookup.args[0]!r} in the archive of the run"
+            found = "none: another version of roughxr wrote it"
+            raise Refusal("", expected, found, "repeat the run under another name") from error
 
     return checked
 

@@ -51,11 +51,11 @@ _BETWEEN_ADDITIONS = 60.0
 _IDENTITY = "run"
 
 
-_NO_RIGHT = "choose a folder in which you may write"
+_FULL = "make room on the disk"
 _NO_LOCKS = "choose an output on a file system that locks files"
 
-#: Advice by the reason for which nothing can be written; else the disk is full.
-_ADVICE = dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), _NO_RIGHT)
+#: Advice by the reason for which nothing can be written; else it is the folder's.
+_ADVICE = dict.fromkeys((errno.ENOSPC, errno.EDQUOT, errno.EFBIG), _FULL)
 _ADVICE |= dict.fromkeys((errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP), _NO_LOCKS)
 
 
@@ -297,7 +297,7 @@ class Checkpoint:
         except BlockingIOError:
             raise
         except (OSError, NotImplementedError) as error:
-            advice = _ADVICE.get(getattr(error, "errno", errno.ENOLCK), "make room on the disk")
+            advice = _ADVICE.get(getattr(error, "errno", errno.ENOLCK), "choose a folder in which you may write")
             raise OSError(
                 f"{self.path}: the checkpoint could not be written ({error}); finished results are safe: {advice}, "
                 "and call again"

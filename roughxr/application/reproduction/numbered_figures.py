@@ -25,6 +25,7 @@ from ..figures.style import (
     axes,
     label_axes,
     label_axis,
+    legend,
     log_ticks,
     panels,
     stroke,
@@ -40,6 +41,13 @@ _METHODS = {"published": "published", "self_similar": "corrected", "energy": "le
 
 #: The figure that tests the paper's conclusion.
 _BY_PLACE = "superposition-by-place"
+
+#: Quantities of an asperity in JKR's units: variable, unit and label.
+_IN_UNITS = {
+    "a": ("semi_axis_a", "unit_semi_axis", "contact radius $a/a_c$"),
+    "delta": ("delta", "unit_delta", r"displacement $\delta/\delta_c$"),
+    "P": ("force", "unit_force", "force $P/P_c$"),
+}
 
 #: The paper's pull-off force of the smooth sphere, nN.
 _SMOOTH = 19.1e3
@@ -79,44 +87,31 @@ def paper_figures(run: Run, names: Iterable[str] | None = None) -> Iterator[tupl
         yield name, figure
 
 
-def _in_asperity_units(contact: xr.Dataset, units: xr.Dataset) -> dict[str, np.ndarray]:
-    """Return a, δ and P of a contact in JKR's units, where the contact exists."""
-    exists = np.isfinite(contact["force"].values)
-    quantities = {
-        "a": ("semi_axis_a", "unit_semi_axis"),
-        "delta": ("delta", "unit_delta"),
-        "P": ("force", "unit_force"),
-    }
-    return {key: (contact[name] / units[unit]).values[exists] for key, (name, unit) in quantities.items()}
-
-
-def _asperity(x: str, y: str) -> Callable:
-    """Return the drawing of one asperity's curves by Hertz and JKR, in JKR's own units, with its critical points."""
-    labels = {"a": "contact radius $a/a_c$", "delta": r"displacement $\delta/\delta_c$", "P": "force $P/P_c$"}
-
-    def draw(run: Run):
-        pair = read_pair(run["scan"])
-        sphere: dict[str, Any] = {"radius": pair.sphere_radius, "contact_modulus": pair.contact_modulus}
-        units = reference.jkr_paraboloid([0.0], **sphere, work_of_adhesion=pair.work)
-        delta = float(units["unit_delta"]) * np.linspace(0, 1.675, 401) ** 2 + units.attrs["branch_end"]
-        both = reference.jkr_paraboloid(delta, **sphere, work_of_adhesion=pair.work)
-        stable, unstable = (_in_asperity_units(both.sel(branch=name), units) for name in ("stable", "unstable"))
-        jkr = {name: np.concatenate([unstable[name][::-1], stable[name]]) for name in labels}
-        hertz = _in_asperity_units(reference.hertz(delta[delta > 0], **sphere), units)
-        first = int(np.argmin(jkr[x]))  # where the stable branch begins
-        ax = axes(aspect=0.8)
-        ax.plot(hertz[x], hertz[y], label="Hertz", **stroke(1))
-        ax.plot(jkr[x][first:], jkr[y][first:], label="JKR, stable", **stroke(0))
-        ax.plot(jkr[x][: first + 1], jkr[y][: first + 1], label="JKR, unstable", **stroke(0) | {"linestyle": ":"})
-        for control, least, marker in (("displacement", "delta", "o"), ("load", "P", "s")):
-            end = int(np.argmin(jkr[least]))
-            label = f"detaches at a fixed {control}: ({jkr[x][end]:.2f}, {jkr[y][end]:.2f})".replace("-", "−")
-            ax.plot(jkr[x][end], jkr[y][end], marker, color=BLACK, markerfacecolor="white", label=label)
-        ax.set(xlabel=labels[x], ylabel=labels[y], xlim=(None, jkr[x].max()), ylim=(None, jkr[y].max()))
-        ax.figure.legend(loc="outside lower left")  # within the axes it would hide the curves
-        return ax
-
-    return draw
+def _asperity(run: Run, x: str, y: str):
+    """Draw one asperity's curves by Hertz and JKR, in JKR's own units, with its critical points."""
+    pair = read_pair(run["scan"])
+    sphere: dict[str, Any] = {"radius": pair.sphere_radius, "contact_modulus": pair.contact_modulus}
+    units = reference.jkr_paraboloid([0.0], **sphere, work_of_adhesion=pair.work)
+    delta = float(units["unit_delta"]) * np.linspace(0, 1.675, 401) ** 2 + units.attrs["branch_end"]
+    branches = reference.jkr_paraboloid(delta, **sphere, work_of_adhesion=pair.work)[["force", "semi_axis_a"]]
+    unstable = branches.sel(branch="unstable", delta=delta[::-1])
+    curve = xr.concat([unstable, branches.sel(branch="stable")], "delta").dropna("delta")
+    contacts = (curve, reference.hertz(delta[delta > 0], **sphere))
+    jkr, hertz = (
+        {name: (contact[variable] / units[unit]).values for name, (variable, unit, _) in _IN_UNITS.items()}
+        for contact in contacts
+    )
+    first = int(np.argmin(jkr[x]))  # where the stable branch begins
+    ax = axes(aspect=0.8)
+    ax.plot(hertz[x], hertz[y], label="Hertz", **stroke(1))
+    ax.plot(jkr[x][first:], jkr[y][first:], label="JKR, stable", **stroke(0))
+    ax.plot(jkr[x][: first + 1], jkr[y][: first + 1], label="JKR, unstable", **stroke(0) | {"linestyle": ":"})
+    for control, least, marker in (("displacement", "delta", "o"), ("load", "P", "s")):
+        end = int(np.argmin(jkr[least]))
+        label = f"detaches at a fixed {control}: ({jkr[x][end]:.2f}, {jkr[y][end]:.2f})".replace("-", "−")
+        ax.plot(jkr[x][end], jkr[y][end], marker, color=BLACK, markerfacecolor="white", label=label)
+    ax.set(xlabel=_IN_UNITS[x][2], ylabel=_IN_UNITS[y][2], xlim=(None, jkr[x].max()), ylim=(None, jkr[y].max()))
+    return legend(ax)
 
 
 def _smooth_sphere(run: Run):
@@ -294,9 +289,7 @@ def _pull_offs(run: Run):
 
 def _by_place(run: Run):
     """Draw superposed over simulated pull-off at each place, those marked where contacts overlap."""
-    upper, lower = made = panels(None, 2, 1, aspect=1.35)
-    lower.sharex(upper)
-    upper.tick_params(labelbottom=False)
+    upper, lower = made = _above()
     simulated = run[f"statistics/{SIMULATION}"]["pull_off_force"].values
     for ax, method in zip(made, ("published", "energy")):
         ratio = pull_off_ratio(run, method)
@@ -305,24 +298,24 @@ def _by_place(run: Run):
         ax.axhline(1, color=BLACK, linewidth=0.8, linestyle=":")
         ax.axhspan(*ratio.quantile([0.05, 0.95]).values, color=GREY, alpha=0.2, linewidth=0, label="nine of ten places")
         ax.axhline(float(ratio.median()), color=GREY, linewidth=0.8, label="median place")
-        plain: dict[str, Any] = {"linestyle": "none", "markersize": 3.2, "markeredgewidth": 0.8}
-        ax.plot(simulated[~overlapping], ratio[~overlapping], "o", color=BLUE, label="no contacts overlap", **plain)
-        rings = plain | {"markerfacecolor": "none", "markersize": 4.2}
-        ax.plot(simulated[overlapping], ratio[overlapping], "s", color=VERMILION, label="contacts overlap", **rings)
+        ax.plot(simulated[~overlapping], ratio[~overlapping], "o", color=BLUE, label="no contacts overlap")
+        rings = {"color": VERMILION, "markerfacecolor": "none", "label": "contacts overlap"}
+        ax.plot(simulated[overlapping], ratio[overlapping], "s", **rings)
+        log_ticks(ax.xaxis)
         log_ticks(ax.yaxis)
         ticks_in_unit(ax.yaxis, 1)
         ax.set_ylabel(f"{_METHODS[method]} sum / simulation")
     unit, _ = label_axis(lower.xaxis, "pull_off_force")
     lower.set_xlabel(f"pull-off force in the simulation [{unit}]")
-    upper.figure.legend(*upper.get_legend_handles_labels(), loc="outside lower left", ncols=2)
+    legend(upper)
     return made
 
 
 #: Title and drawing of each figure.
 FIGURES: dict[str, tuple[str, Callable]] = {
-    "figure-02": ("Contact radius of an asperity over its displacement", _asperity("delta", "a")),
-    "figure-03": ("Contact radius of an asperity over its load", _asperity("P", "a")),
-    "figure-04": ("Load on an asperity over its displacement", _asperity("delta", "P")),
+    "figure-02": ("Contact radius of an asperity over its displacement", lambda run: _asperity(run, "delta", "a")),
+    "figure-03": ("Contact radius of an asperity over its load", lambda run: _asperity(run, "P", "a")),
+    "figure-04": ("Load on an asperity over its displacement", lambda run: _asperity(run, "delta", "P")),
     "figure-05": ("A smooth sphere on a flat (paper: within 1 % of Hertz)", _smooth_sphere),
     "figure-06": ("The rough surface", lambda run: figures.scan_map(run["scan"])),
     "figure-07": ("The areas and their contact centres, those on debris ringed", _places),
