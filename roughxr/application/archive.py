@@ -120,13 +120,9 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
         with open_locked_raw(temporary, "a" if onto else "w") as file:
             file.setncatts(present)
             _write_groups(file, loaded)
-        for name, key in ((name, key) for name, keys in lazy.items() for key in keys):
-            # one variable at a time: chunks that several variables share would otherwise all stay in memory
-            single = groups[name][[key]]
-            field = single[key].data
-            single[key].data = field.map_blocks(unless_interrupted, meta=field._meta)
-            with uninterrupted():
-                single.to_netcdf(temporary, mode="a", group=name, encoding=_encoding(single), engine="netcdf4")
+        for name, keys in lazy.items():
+            for key in keys:
+                _write_field(groups[name][[key]], key, temporary, name)
         with open_locked_raw(temporary, "a") as file:
             checksums = _checksums(getattr(file, _CHECKSUMS, "")) | {
                 name: _checksum(_without_fields(path, name, file[name])) for name in groups
@@ -136,6 +132,14 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
                 file.delncattr(name)
             file.comment = f"in groups, open with xarray.open_datatree: {', '.join(group_names(file))}"
     return path
+
+
+def _write_field(ds: xr.Dataset, key: Any, path: Path, group: str) -> None:
+    """Write one lazy variable: chunks that several variables share would otherwise all stay in memory."""
+    field = ds[key].data
+    ds = ds.assign({key: ds[key].copy(data=field.map_blocks(unless_interrupted, meta=field._meta))})
+    with uninterrupted():
+        ds.to_netcdf(path, mode="a", group=group, encoding=_encoding(ds), engine="netcdf4")
 
 
 class _LateWriter:

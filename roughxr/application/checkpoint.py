@@ -194,6 +194,8 @@ class Checkpoint:
         self.path = _folder(output)
         self.finished = False  # then the folder is removed
         self.stored: dict[str, tuple[str, int]] = {}  # file and row of each item's result
+        self._unwritten: list[tuple[list[str], np.ndarray]] = []  # items and results of batches
+        self._written = time.monotonic()
         self._lock = filelock.FileLock(self.path / "lock", timeout=0)
 
     def __enter__(self) -> Checkpoint:
@@ -248,6 +250,21 @@ class Checkpoint:
         ):
             np.savez_compressed(file, items=np.array(items), results=results)
         self._note(name, items)
+
+    def _collect(self, items: list[str], results: np.ndarray) -> None:
+        """Store the results of a batch, together with those of the same second."""
+        self._unwritten.append((items, results))
+        is_large = len(self._unwritten) * results.nbytes > _IN_MEMORY
+        if is_large or time.monotonic() - self._written > _BETWEEN_FILES:
+            self._write()
+
+    def _write(self) -> None:
+        """Store the batches that were collected."""
+        if self._unwritten:
+            items, results = zip(*self._unwritten)
+            self.put([*itertools.chain(*items)], np.concatenate(results))
+        self._unwritten.clear()
+        self._written = time.monotonic()
 
     def get(self, items: Sequence[str], dtype: np.dtype) -> np.ndarray:
         """Return the stored results of some items."""
@@ -318,16 +335,7 @@ class Checkpoint:
         failed = dict[str, int]()
         total = work.each * len(items)
         begun = time.monotonic()
-        written = begun
-        unwritten: list[tuple[list[str], np.ndarray]] = []  # items and results of batches
-
-        def write() -> None:
-            nonlocal written
-            if unwritten:
-                names, results = zip(*unwritten)
-                self.put([*itertools.chain(*names)], np.concatenate(results))
-            unwritten.clear()
-            written = time.monotonic()
+        self._written = begun
 
         def receive(batch: Sequence[int], result: Any) -> None:
             if isinstance(result, Failure):
@@ -337,16 +345,13 @@ class Checkpoint:
                 failed[f"{label}: {result.reason}"] = work.each * len(batch)
                 self.log(f"{work.name}: {label} failed: {result.reason}")
             else:
-                unwritten.append(([items[k] for k in batch], result))
-                is_large = len(unwritten) * result.nbytes > _IN_MEMORY
-                if is_large or time.monotonic() - written > _BETWEEN_FILES:
-                    write()
+                self._collect([items[k] for k in batch], result)
 
         self.log(f"{work.name}: {total - work.each * len(missing)} of {total} subregions kept")
         try:
             spread.compute_each(work, missing, receive)
         finally:
-            write()
+            self._write()
         lost = sum(failed.values())
         took = time.monotonic() - begun
         self.log(f"{work.name}: {total - lost}/{total} subregions, {lost} failed, {took:.3g} s")

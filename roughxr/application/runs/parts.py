@@ -41,7 +41,7 @@ from ...mechanics.vocabulary.text import without_warnings
 from .. import report
 from ..report.summary import BUDGET
 from .plan import Plan
-from .run_mesh import converged_mesh, need_pull_off, refuse_soft, show_answer
+from .run_mesh import Converged, converged_mesh, need_pull_off, refuse_soft, show_answer
 from .stages import Stages
 
 #: Largest cells (nm) of rigid bodies, at most eight to a pixel.
@@ -147,23 +147,13 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
     specimen = task.specimen
     plan = task.plan
     stages = task.stages
-    options = task.options
     if task.has_sphere:
         refuse_soft(specimen)
-    how: dict[str, Any] = {"preload": plan.preload, "law": plan.law}
-    mesh = replace(plan.mesh, accuracy=None)
-    finer = None
-    pace = 0.0
+    options = task.options | {"preload": plan.preload, "law": plan.law}
     with warnings.catch_warnings():
         # the choice of the mesh and the report's page deal with contacts that a mesh does not resolve
         warnings.simplefilter("ignore", UnresolvedContact)
-        sampled = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
-        if plan.mesh.cells == "auto":
-            mesh, finer, pace = converged_mesh(specimen, plan, sampled, stages)
-        elif sampled["subregions"].sizes["subregion"] < task.places:
-            need_pull_off(first := adhesive(specimen, mesh=mesh, **sampled))
-            pace = stages.pace()
-            show_answer(first, specimen, stages)
+        mesh, finer, pace = _checked_mesh(task, options)
         before = stages.passed()
         has_levers = task.rolls and mesh.cells != FRONT
         with_levers = _WITH_LEVERS if has_levers else 1.0
@@ -172,10 +162,10 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
             stages.expect(f"each place takes {format_number(with_levers * pace, 's', 2)}", adhesive=stage)
         moments = {}
         if has_levers:
-            rolled = adhesive_and_moments(specimen, directions=plan.directions, mesh=mesh, **options, **how)
+            rolled = adhesive_and_moments(specimen, directions=plan.directions, mesh=mesh, **options)
             solved, moments["solutions/rolling"] = rolled
         else:
-            solved = adhesive(specimen, mesh=mesh, **options, **how)
+            solved = adhesive(specimen, mesh=mesh, **options)
         took = (stages.passed() - before) / with_levers
         why, seconds = _durations_after(took, task.places, plan.budget)
         stages.expect(why, **seconds)
@@ -183,6 +173,23 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
     groups = groups if finer is None else report.with_mesh_error(groups | {"solutions/finer": finer})
     show_answer(groups["statistics/adhesive"], specimen, stages)
     return groups
+
+
+def _checked_mesh(task: Task, options: dict[str, Any]) -> Converged:
+    """Return the mesh, with results on a finer one and the duration of a place, by a sample of the places."""
+    specimen = task.specimen
+    plan = task.plan
+    sampled = options | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
+    if plan.mesh.cells == "auto":
+        return converged_mesh(specimen, plan, sampled, task.stages)
+    mesh = replace(plan.mesh, accuracy=None)
+    if sampled["subregions"].sizes["subregion"] == task.places:
+        return Converged(mesh, None, 0.0)
+    first = adhesive(specimen, mesh=mesh, **sampled)
+    need_pull_off(first)
+    pace = task.stages.pace()
+    show_answer(first, specimen, task.stages)
+    return Converged(mesh, None, pace)
 
 
 def _durations_after(took: float, places: int, budget: int) -> tuple[str, dict[str, float]]:
