@@ -104,7 +104,7 @@ def test_a_full_disk_is_reported_and_no_file_remains(small_disk, name):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="has no folder /proc, in which nobody may write")
 def test_a_folder_in_which_nobody_may_write_is_no_full_disk():
-    with pytest.raises(OSError, match="the checkpoint could not be written .*: choose a folder in which you may"):
+    with pytest.raises(OSError, match=r"the checkpoint could not be written .*: choose a folder in which you may"):
         checkpointed(dict, "/proc/x/run.nc", scan=scan(rough(8)), arguments={})
 
 
