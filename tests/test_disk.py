@@ -12,8 +12,8 @@ import xarray as xr
 
 import roughxr
 from roughxr import archive
-from roughxr.application.cli.file_commands import save_picture
 from roughxr.application.checkpoint import checkpointed
+from roughxr.application.cli.file_commands import save_picture
 from roughxr.application.tables import to_table
 from roughxr.files.storage import atomic_write, remove_leftovers, uninterrupted
 from roughxr.scans import to_file
