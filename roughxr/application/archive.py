@@ -382,8 +382,8 @@ def checked_names(door: Callable) -> Callable:
             while lookup.__context__ is not None:  # of a mapping, below the Dataset's
                 lookup = lookup.__context__
             expected = f"{lookup.args[0]!r} in the archive of the run"
-            found = "none: another version of roughxr wrote it"
-            raise Refusal("", expected, found, "repeat the run under another name") from error
+            writer = "none: another version of roughxr wrote it"
+            raise Refusal("", expected, writer, "repeat the run under another name") from error
 
     return checked
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike
 
@@ -53,7 +54,7 @@ def scan_map(
     ax = axes(ax, aspect=0.85)
     image(ax, ds["height"], regions.extent(ds), "height", COLOURS["height"], limits=limits)
     if catalogue is not None:
-        _ellipses(ax, schema.validate(catalogue, "asperities"), regions.extent(ds))
+        _ellipses(ax, schema.validate(catalogue, "asperities"))
     if subregions is not None:
         centres = regions.centres(ds, subregions)
         x = centres["subregion_x"].values
@@ -115,28 +116,19 @@ def _centre_values(ax, ds: xr.Dataset, values: np.ndarray, **colours: Any):
     """Draw a number for each contact centre: tiles where the centres lie on a grid, else points."""
     x = ds["subregion_x"].values
     y = ds["subregion_y"].values
-    columns = np.unique(x)
-    rows = np.unique(y)
     ax.set_aspect("equal")
-    if columns.size * rows.size != x.size or np.unique(np.c_[x, y], axis=0).shape[0] != x.size:
+    tiles = pd.DataFrame({"x": x, "y": y, "value": values}).pivot_table("value", "y", "x", dropna=False)
+    if tiles.size != x.size or min(tiles.shape) < 2:
         return ax.scatter(x, y, c=values, s=22, edgecolor=BLACK, linewidth=0.4, **colours)
-    tiles = np.full((columns.size, rows.size), np.nan)
-    tiles[np.searchsorted(columns, x), np.searchsorted(rows, y)] = values
     ax.set_facecolor("#dddddd")
-    halves = (0.5 * (np.diff(axis).min() if axis.size > 1 else 1.0) for axis in (columns, rows))
-    edges = [np.append(axis - half, axis[-1] + half) for axis, half in zip((columns, rows), halves)]
-    return ax.pcolormesh(*edges, tiles.T, edgecolor="white", linewidth=0.4, **colours)
+    return ax.pcolormesh(tiles.columns, tiles.index, tiles, edgecolor="white", linewidth=0.4, **colours)
 
 
-def _ellipses(ax, catalogue: xr.Dataset, extent: tuple[float, float, float, float]):
-    """Draw the outlines of the asperities within an extent."""
+def _ellipses(ax, catalogue: xr.Dataset):
+    """Draw the outlines of the asperities."""
     from matplotlib.collections import EllipseCollection
 
-    x_low, x_high, y_low, y_high = extent
-    x = catalogue["x"]
-    y = catalogue["y"]
-    shown = (x >= x_low) & (x <= x_high) & (y >= y_low) & (y <= y_high) & (catalogue["curvature_min"] > 0)
-    peaks = catalogue.isel(asperity=shown.values)
+    peaks = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
     patch = float(peaks["patch_radius"]) if "patch_radius" in peaks else np.inf
     # depth (nm) below the vertex of a fitted paraboloid at which its outline is drawn
     semi_axes = (np.sqrt(2 * 0.2 / peaks[f"curvature_{end}"].values) for end in ("min", "max"))
@@ -145,5 +137,4 @@ def _ellipses(ax, catalogue: xr.Dataset, extent: tuple[float, float, float, floa
     angles = np.degrees(peaks["orientation"].values)
     style: dict[str, Any] = {"facecolor": "none", "edgecolor": "white", "linewidth": 0.7, "units": "xy"}
     outlines = EllipseCollection(longer, shorter, angles, offsets=centres, offset_transform=ax.transData, **style)
-    ax.add_collection(outlines)
-    ax.set(xlim=(x_low, x_high), ylim=(y_low, y_high))
+    ax.add_collection(outlines, autolim=False)
