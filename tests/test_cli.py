@@ -5,10 +5,12 @@ import html
 import io
 import json
 import os
+import pickle
 import re
 import subprocess
 import sys
 import tomllib
+from argparse import Namespace
 from pathlib import Path
 
 import numpy as np
@@ -23,12 +25,15 @@ from roughxr.application import report
 from roughxr.application.cli import file_commands, main
 from roughxr.application.cli.checks import both_counts
 from roughxr.application.cli.options import command_line
+from roughxr.application.cli.words import error_in_shell, in_shell
 from roughxr.application.reproduction import conclusion, printed, printed_tables
 from roughxr.application.reproduction import run as reproduction
 from roughxr.application.reproduction.numbered_figures import FIGURES, SIMULATED_FIGURES
 from roughxr.application.runs import analysis
 from roughxr.mechanics.bodies.pair import elastic
 from roughxr.mechanics.contact.mesh import Mesh
+from roughxr.mechanics.vocabulary.refusal import Refusal
+from roughxr.mechanics.vocabulary.text import Argument, Phrase, RoughxrWarning, warn
 from roughxr.scans import to_file
 
 from .surfaces import bare_runs, rough, scan
@@ -171,6 +176,23 @@ def test_errors_name_options_in_a_shell(tmp_path, capsys):
     pair = ["--sphere-radius", "3 um", "--materials", "glass/silicon"]
     assert main(["run", sample, *pair, "--preload", "5 nm", "-o", str(tmp_path / "run")]) == 1
     assert "--preload: expected units that convert to 'nN'" in capsys.readouterr().err
+    (tmp_path / "matrix.txt").write_text("1 2\n2 3\n", encoding="utf-8")
+    assert main(["info", str(tmp_path / "matrix.txt"), "--height-units", "nm"]) == 1
+    assert "give it, for example --size '5 um' '5 um'" in capsys.readouterr().err
+    assert main(["run", sample, "--sphere-radius", "10 nm", *pair[2:], "-o", str(tmp_path / "run")]) == 1
+    assert "--sphere-radius: expected more than one pixel" in capsys.readouterr().err
+
+
+def test_a_phrase_names_arguments_as_python_does_and_keeps_them_between_processes():
+    options = Namespace(mesh="auto", work_of_adhesion=None)
+    advice = Phrase("take ", Argument("mesh", 4), ", ", Argument("law", "jkr"), " or ", Argument("work_of_adhesion"))
+    sent = pickle.loads(pickle.dumps(Refusal("mesh", "cells of mesh=2", "mesh=1", Phrase(advice, "."))))
+    assert str(sent) == "mesh: expected cells of mesh=2, found mesh=1; take mesh=4, law='jkr' or work_of_adhesion."
+    shell = "--mesh: expected cells of mesh=2, found mesh=1; take --mesh 4, law='jkr' or --work-of-adhesion."
+    assert error_in_shell(sent, options) == shell
+    with pytest.warns(RoughxrWarning, match="mesh: coarse; take mesh=4, law='jkr'") as caught:
+        warn(Phrase("coarse; ", advice), what="mesh")
+    assert in_shell(caught[0].message.args[0], options).startswith("--mesh: coarse; take --mesh 4, law='jkr' or")
 
 
 @pytest.fixture(scope="module")
@@ -828,7 +850,7 @@ def test_the_archive_of_a_folder_is_that_with_statistics(tmp_path):
     assert roughxr.application.archive.run_archive(tmp_path).name == "wafer.nc"
 
 
-@pytest.mark.parametrize("name", ["preload=5.spm", "sphere_radius scan.spm", "law=jkr.spm"])
+@pytest.mark.parametrize("name", ["preload=5.spm", "sphere_radius scan.spm", "law=jkr.spm", "size", "law"])
 def test_a_file_is_printed_by_its_name_even_if_this_looks_like_an_argument(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     command = ["run", name, "--sphere-radius", "500", "--materials", "glass"]

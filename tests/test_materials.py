@@ -73,7 +73,7 @@ def test_bad_pairs_are_refused_in_words(options, says):
         ({"sphere_radius": 3e-6}, "expected 0.2 to 1e.10 nm, as bodies have, found 3e-06 nm"),
         ({"sphere_radius": 3e12}, "as bodies have, found 3e.12 nm"),
         ({"sphere_radius": "um"}, "expected a number with its units such as '3 nm', found 'um'"),
-        ({"sphere_radius": 9}, r"9 nm is 0.92 pixels of 9.77 nm: expected more than one"),
+        ({"sphere_radius": 9}, "expected more than one pixel, found 9 nm, 0.92 pixels of 9.77 nm"),
         ({"young_modulus": 70e9}, "young_modulus: .* as bodies have, found 7e.10 GPa by 7e.10"),
         ({"contact_modulus": 40e9}, "contact_modulus: .* as bodies have"),
         ({"work_of_adhesion": 100}, r"work_of_adhesion: .* as bodies have, found 100 J/m\^2"),

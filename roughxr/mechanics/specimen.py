@@ -140,9 +140,10 @@ def ask_about_depth(largest: float, radius: float, heights: np.ndarray) -> None:
     """Warn where the largest displacement (nm) exceeds a tenth of the sphere's radius and the range of heights."""
     if largest and largest > radius / 10 + float(np.ptp(heights)):
         warn(
-            f"delta: {format_number(largest, 'nm')} is more than a tenth of the sphere's radius, "
+            f"{format_number(largest, 'nm')} is more than a tenth of the sphere's radius, "
             f"{format_number(radius, 'nm')}: is this intended? (contacts are computed as on half spaces; plain numbers "
-            "are in nm)"
+            "are in nm)",
+            what="delta",
         )
 
 

@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings(), redirect_stdout(Printable(sys.stdout)), delivered_interrupts():
             printed: set[str] = set()
             warnings.simplefilter("always", UserWarning)  # whatever the filters of Python: each is printed once
-            warnings.showwarning = lambda message, *_, **__: print_error(in_shell(str(message), options), printed)
+            warnings.showwarning = lambda message, *_, **__: print_error(in_shell(message.args[0], options), printed)
             with nullcontext() if getattr(options, "quiet", True) else progress():
                 expand_wildcards(options)
                 refuse_inputs_as_outputs(options)

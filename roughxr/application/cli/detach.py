@@ -126,7 +126,7 @@ def _critical_load(options: Namespace, groups: Mapping[str, xr.Dataset]) -> tupl
     method = options.method or best_method(groups)
     if report.CRITICAL[method] not in groups:
         raise Refusal(
-            "method", "a run with pull-off forces of this method", f"none of {method}", "take method=adhesive"
+            "method", "a run with pull-off forces of this method", f"none of {method}", "take --method adhesive"
         )
     moments = report.run_moments(groups, method)
     flow = options.fluid or fluid_of(critical_flow(groups))

@@ -5,13 +5,14 @@ from __future__ import annotations
 import copy
 import glob
 import os
-import re
+import shlex
 import sys
 from argparse import Namespace
+from collections.abc import Mapping
 from typing import Any, TextIO
 
 from ...mechanics.vocabulary.refusal import FailedSubregions, Refusal
-from ...mechanics.vocabulary.text import printable
+from ...mechanics.vocabulary.text import Argument, Phrase, printable
 
 #: Errors of invalid input, of the operating system, of missing packages and of places that failed; others are bugs.
 EXPECTED_ERRORS = (Refusal, OSError, ImportError, FailedSubregions)
@@ -102,8 +103,9 @@ def error_in_shell(error: BaseException, options: Namespace) -> str:
         return in_shell(str(error), options)
     flags = _flags(options)
     worded = copy.copy(error)
-    worded.expected, worded.advice = (in_shell(str(words), options) for words in (error.expected, error.advice))
-    worded.what = flags.get(str(error.what), error.what)
+    worded.expected, worded.advice = (in_shell(words, options) for words in (error.expected, error.advice))
+    if isinstance(error.what, str):  # a path is no name of an argument
+        worded.what = flags.get(error.what, in_shell(error.what, options))
     worded.where = tuple(flags.get(name, name) for name in error.where)
     return str(worded)
 
@@ -117,20 +119,20 @@ def _flags(options: Namespace) -> dict[str, str]:
     return flags
 
 
-def in_shell(text: str, options: Namespace) -> str:
-    """Return an error's or a warning's text with arguments of functions written as the options of a command."""
+def in_shell(text: Any, options: Namespace) -> Any:
+    """Return an error's or a warning's text with the arguments that it names written as options of a command."""
+    if not isinstance(text, Phrase):
+        return text
     flags = _flags(options)
-    any_name = "|".join(sorted(flags, key=len, reverse=True))
+    return "".join(_option(part, flags) if isinstance(part, Argument) else part for part in text.parts)
 
-    def written(match: re.Match[str]) -> str:
-        values = re.sub(r"['\"]([^'\" ]+)['\"]", r"\1", (match[2] or "").strip("()…")).replace(",", "")
-        return f"{flags[match[1]]} {values}".strip()
 
-    text = re.sub(rf"\b({any_name})=(\([^()]*\)|'[^']*'|[^\s,;():]*)", written, text)
-    what, colon, reason = text.partition(": ")
-    text = f"{flags.get(what, what)}{colon}{reason}"
-    longer = "|".join(name for name in flags if "_" in name)
-    return re.sub(rf"(?<![-\w./])({longer})\b", lambda match: flags[match[1]], text) if longer else text
+def _option(argument: Argument, flags: Mapping[str, str]) -> str:
+    """Return an argument as an option of the command, as in Python where the command has none."""
+    if argument.name not in flags:
+        return str(argument)
+    values = argument.value if isinstance(argument.value, tuple) else (argument.value,)
+    return shlex.join([flags[argument.name], *(str(value) for value in values if value not in (None, ...))])
 
 
 def print_error(message: object, printed: set[str] | None = None) -> None:

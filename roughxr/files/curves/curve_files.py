@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...mechanics.vocabulary.refusal import Refusal, shown
+from ...mechanics.vocabulary.text import Argument, Phrase
 from ...mechanics.vocabulary.units import factor, positive
 from ..images.channel import UnreadableScan, first_bytes, read_in_process, refuse_stated
 from ..images.force_curve_formats import TEXTS, ZIP, curve_format
@@ -99,9 +100,11 @@ def _needed(path: Path, kind: str, answer: dict[str, Any], stated: dict[str, flo
     needed = answer.get("missing", [])
     lacking = [name.replace(" ", "_") for name in needed if name not in stated]
     if lacking:
-        units = {"sensitivity": "'50 nm/nA'" if kind == "nt-mdt" else "'50 nm/V'", "spring_constant": "'0.2 N/m'"}
-        options = ", ".join(f"{name}={units[name]}" for name in lacking)
-        raise UnreadableScan(path, "forces", f"deflections without {' and '.join(lacking)}", f"give {options}")
+        units = {"sensitivity": "50 nm/nA" if kind == "nt-mdt" else "50 nm/V", "spring_constant": "0.2 N/m"}
+        advice = Phrase("give ", Argument(lacking[0], units[lacking[0]]))
+        for name in lacking[1:]:
+            advice = Phrase(advice, ", ", Argument(name, units[name]))
+        raise UnreadableScan(path, "forces", f"deflections without {' and '.join(lacking)}", advice)
     return needed
 
 

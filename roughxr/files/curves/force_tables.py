@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from ...mechanics.vocabulary.text import Argument, Phrase
 from ...mechanics.vocabulary.units import converts
 from ..images.channel import UnreadableScan, first_bytes, length_factor, only_one, refuse_stated
 from ..images.plain import decoded, separators
@@ -165,7 +166,14 @@ def _column_names(path: Path, comments: list[str], delimiter: str | None, row: l
         return [path.stem if number else "" for number in numeric]
     if width > 1:
         expected = f"a line of names above {width} columns, such as 'x [um], y [um], force [nN]'"
-        advice = "for an image give size=; for a force curve of NT-MDT give sensitivity= in nm/nA and spring_constant="
+        advice = Phrase(
+            "for an image give ",
+            Argument("size", ...),
+            "; for a force curve of NT-MDT give ",
+            Argument("sensitivity", ...),
+            " in nm/nA and ",
+            Argument("spring_constant", ...),
+        )
         raise UnreadableScan(path, expected, "numbers", advice)
     return [path.stem]
 
@@ -218,7 +226,7 @@ def force_column(path: Path, columns: list[Column], name: str | int | None) -> C
     fitting = _likely_forces(columns) if name is None else _named(columns, str(name))
     wanted = f"a column {name!r}" if name is not None else "one column of pull-off forces"
     listed = ", ".join(f"{column.name!r} [{column.units or '?'}]" for column in columns) or "no column of numbers"
-    return only_one(path, fitting, wanted, listed, "give its name, channel=")
+    return only_one(path, fitting, wanted, listed, Phrase("give its name, ", Argument("channel", ...)))
 
 
 def refuse_distribution(path: Path, columns: list[Column], force: Column) -> None:
@@ -291,7 +299,7 @@ def lengths(path: Path, column: Column, option: str, given: str | None) -> np.nd
     if column.units and given and given != column.units:
         refuse_stated(path, option, given, repr(column.units))
     units = column.units or given
-    advice = f"state {option}=, such as 'um'"
+    advice = Phrase("state ", Argument(option, ...), ", such as 'um'")
     nanometres = length_factor(path, units, f"units of a length for {column.name!r}", advice)
     if not np.isfinite(column.values).all():
         raise UnreadableScan(path, "a place in every row", f"empty cells in column {column.name!r}")

@@ -10,12 +10,15 @@ import numpy as np
 
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.schema import one_of, refuse_unused
+from ...mechanics.vocabulary.text import Argument, Phrase
 from ...mechanics.vocabulary.units import converts, factor, positive
 
 PULLS = ("positive", "negative")
 
 #: Advice for recorded values that are not in units of a force.
-_ADVICE = "state sensitivity= in nN/V; or in nm/V, with spring_constant= in N/m"
+_ADVICE = Phrase(
+    "state ", Argument("sensitivity", ...), " in nN/V; or in nm/V, with ", Argument("spring_constant", ...), " in N/m"
+)
 
 
 class Calibration(NamedTuple):
@@ -43,10 +46,12 @@ def measurable(values: np.ndarray, target: str, units: str) -> np.ndarray:
 def forces(values: np.ndarray, units: str | None, calibration: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
     """Return recorded values as forces in nN, and attributes that describe the conversion."""
     if units and calibration.units and calibration.units != units:
-        raise Refusal("units", f"{units!r}, as the file states", f"{calibration.units!r}", "leave units= out")
+        advice = Phrase("leave ", Argument("units", ...), " out")
+        raise Refusal("units", f"{units!r}, as the file states", f"{calibration.units!r}", advice)
     units = units or calibration.units
     if units is None:
-        raise Refusal("units", "those of the forces", "none in the file", "give them, such as units='nN'")
+        advice = Phrase("give them, such as ", Argument("units", "nN"))
+        raise Refusal("units", "those of the forces", "none in the file", advice)
     how: dict[str, Any] = {"measured_units": units}
     if converts(units, "nN"):
         refuse_unused(
@@ -89,7 +94,8 @@ def has_units(sensitivity: Any) -> None:
 
 def _stiffness(calibration: Calibration, units: str) -> float:
     if calibration.spring_constant is None:
-        raise Refusal("", "forces", f"a deflection ({units})", "state spring_constant= in N/m")
+        advice = Phrase("state ", Argument("spring_constant", ...), " in N/m")
+        raise Refusal("", "forces", f"a deflection ({units})", advice)
     return positive(calibration.spring_constant, "nN/nm", "spring_constant")
 
 
@@ -102,13 +108,19 @@ def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
                 "",
                 "pull-off forces of one sign",
                 f"{below} below zero and {int((values > 0).sum())} above",
-                "state the sign of a pull-off, pulls='positive' or pulls='negative', or for a force-distance "
-                "curve name the column of the piezo's travel piezo",
+                Phrase(
+                    "state the sign of a pull-off, ",
+                    Argument("pulls", "positive"),
+                    " or ",
+                    Argument("pulls", "negative"),
+                    ", or for a force-distance curve name the column of the piezo's travel piezo",
+                ),
             )
         pulls = "negative" if (values < 0).any() else "positive"
     one_of(pulls, PULLS, "pulls")
     turned = -values if pulls == "negative" else values
     if (turned < 0).any() and not (turned > 0).any():
         other = next(sign for sign in PULLS if sign != pulls)
-        raise Refusal("pulls", f"some {pulls} values", f"only {other} ones", f"give pulls={other!r}, or none")
+        advice = Phrase("give ", Argument("pulls", other), ", or none")
+        raise Refusal("pulls", f"some {pulls} values", f"only {other} ones", advice)
     return turned, pulls

@@ -16,7 +16,7 @@ from ...mechanics.jobs.progress import subregion_bar
 from ...mechanics.statistics.sampling import AT_LEAST, AT_MOST, CONDITION, DETECTION, map_samples, sample_bounds
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.refusal import Refusal, WrongCall
-from ...mechanics.vocabulary.text import warn
+from ...mechanics.vocabulary.text import Argument, Phrase, warn
 from ...mechanics.vocabulary.units import Quantities, Quantity, converts, factor
 from ..images import recognition as files
 from ..images.channel import (
@@ -270,7 +270,8 @@ def _table_places(path: Path, places: dict[str, Column], place_units: str | None
     """Return the coordinates of places; without units none, with a warning."""
     if places and place_units is None and not any(place.units for place in places.values()):
         named = ", ".join(repr(place.name) for place in places.values())
-        warn(f"{path.name}: the places {named} are left out: the file states no units; give them, place_units='um'")
+        left_out = f"{path.name}: the places {named} are left out: the file states no units; give them, "
+        warn(Phrase(left_out, Argument("place_units", "um")))
         return {}
     return {
         f"subregion_{axis}": ("subregion", lengths(path, place, "place_units", place_units))
@@ -297,7 +298,7 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
     else:
         fitting = channels_named(channels, channel)
     wanted = "an image of adhesion" if channel is None else f"channel {channel!r}"
-    advice = "give its name or number, channel="
+    advice = Phrase("give its name or number, ", Argument("channel", ...))
     return only_one(path, channels_in_direction(fitting, direction), wanted, listing(channels), advice)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from ...mechanics.scans.plausibility import missing_mark
 from ...mechanics.vocabulary.refusal import Refusal, shown
 from ...mechanics.vocabulary.schema import SMALLEST_LENGTH
-from ...mechanics.vocabulary.text import printable
+from ...mechanics.vocabulary.text import Argument, Phrase, printable
 from ...mechanics.vocabulary.units import converts, factor, is_whole
 from . import reader_process
 
@@ -183,7 +183,8 @@ def only_one(path: Path, fitting: Sequence[_Item], wanted: str, listed: str, adv
 def refuse_stated(path: Path, option: str, given: object, stated: str = "", *, otherwise: str = "") -> NoReturn:
     """Raise for an option whose value the file states."""
     expected = f"{stated}, as the file states" if stated else "none: the file states it"
-    raise UnreadableScan(path, expected, shown(given), f"leave {option}= out{otherwise}", where=(option,))
+    advice = Phrase("leave ", Argument(option, ...), f" out{otherwise}")
+    raise UnreadableScan(path, expected, shown(given), advice, where=(option,))
 
 
 @contextmanager
@@ -201,7 +202,7 @@ def naming_file(path: Path) -> Iterator[None]:
 COPY_AGAIN = "copy the whole file again from where it was recorded"
 
 #: Advice for a file without units.
-_STATE_UNITS = "if these are heights, state their units, height_units="
+_STATE_UNITS = Phrase("if these are heights, state their units, ", Argument("height_units", ...))
 
 
 def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
@@ -209,13 +210,18 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
     if direction not in (None, "trace", "retrace"):
         raise Refusal("scan_direction", "'trace' or 'retrace'", f"{direction!r}")
     fitting = channels_in_direction(channels_named(channels, channel), direction)
-    advice = "choose one by name or number, channel=" if any(image.units for image in channels) else _STATE_UNITS
+    advice = _STATE_UNITS
+    if any(image.units for image in channels):
+        advice = Phrase("choose one by name or number, ", Argument("channel", ...))
     wanted = "an image of heights" if channel is None else f"channel {channel!r}"
-    wanted += f" with scan_direction {direction!r}" if direction else ""
+    if direction:
+        wanted = Phrase(wanted, " with ", Argument("scan_direction"), f" {direction!r}")
     first = only_one(path, fitting if isinstance(channel, str) else fitting[:1], wanted, listing(channels), advice)
     if not first.is_length:
         fault = f"{first.name!r} in units of {first.units or 'nothing'}"
-        advice = f"choose one, channel=, of {listing(channels)}" if first.units else _STATE_UNITS
+        advice = _STATE_UNITS
+        if first.units:
+            advice = Phrase("choose one, ", Argument("channel", ...), f", of {listing(channels)}")
         raise UnreadableScan(path, "a channel of heights", fault, advice)
     return first
 

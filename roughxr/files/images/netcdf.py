@@ -17,6 +17,7 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from ...mechanics.vocabulary.schema import spacing
+from ...mechanics.vocabulary.text import Argument, Phrase
 from ..doors import refuse_damage
 from .channel import UnreadableScan, first_bytes, is_length, length_factor, only_one, refuse_absurd
 
@@ -118,7 +119,8 @@ def _variable_name(ds: xr.Dataset, channel: str | int | None, path: Path) -> str
     wanted = f"a variable {channel!r}" if channel is not None else "one variable of heights with units of length"
     listed = ", ".join(f"{name} [{_units(var) or '?'}]" for name, var in maps.items()) or "none"
     fitting = [name for name in names if name in maps]
-    name = only_one(path, fitting, f"{wanted} over two dimensions", listed, "name it with channel=")
+    advice = Phrase("name it with ", Argument("channel", ...))
+    name = only_one(path, fitting, f"{wanted} over two dimensions", listed, advice)
     length_factor(path, _units(maps[name]), "'units' of a length", where=(name,))
     return name
 

@@ -22,7 +22,7 @@ from ...mechanics.scans.plausibility import ImplausibleScan, doubts, size_doubts
 from ...mechanics.vocabulary.provenance import flat
 from ...mechanics.vocabulary.refusal import Refusal, WrongCall
 from ...mechanics.vocabulary.schema import history, label, pixel, record, validate
-from ...mechanics.vocabulary.text import warn
+from ...mechanics.vocabulary.text import Argument, Phrase, warn
 from ...mechanics.vocabulary.units import factor, magnitude
 from ..doors import refuse_other_files
 from . import formats, gwyddion, hdf5, microscopes, plain, vendors
@@ -196,11 +196,9 @@ def read_scan(
     ds.attrs.update(_origin(path, code, chosen, channels))
     tied = tied_images(channels, chosen, scan_direction) if channel is None else []
     if tied:
-        choice = f"{chosen.name!r} is read; choose another one, channel="
-        warn(
-            f"{file_name(path)}: {len(tied)} images may be the heights ({listing(channels, tied)}); {choice}",
-            ImplausibleScan,
-        )
+        images_in_words = f"{len(tied)} images may be the heights ({listing(channels, tied)})"
+        choice = f"{file_name(path)}: {images_in_words}; {chosen.name!r} is read; choose another one, "
+        warn(Phrase(choice, Argument("channel", ...)), ImplausibleScan)
     for doubt in doubts(ds):
         warn(f"{file_name(path)}: {doubt}", ImplausibleScan)
     return record(ds, "open_scan", file=file_name(path), **options)
@@ -251,7 +249,7 @@ def with_size(channel: Channel, size: Any, path: Path) -> Channel:
     wanted = None if size is None else _given_size(size, channel.shape)
     used = wanted or stated
     if used is None:
-        advice = "give it, for example size=('5 um', '5 um')"
+        advice = Phrase("give it, for example ", Argument("size", ("5 um", "5 um")))
         raise UnreadableScan(path, "a lateral size", "none in the file", advice)
     if stated and wanted and not np.allclose(stated, wanted, rtol=1e-6):
         refuse_stated(path, "size", size, f"{stated} nm")
@@ -286,7 +284,8 @@ def _check_square(channel: Channel, size: tuple[float, float], path: Path) -> No
     rows, columns = channel.shape
     if abs(size[0] / columns - size[1] / rows) > 1e-6 * size[0] / columns:
         fault = f"{columns} columns and {rows} rows on {size[0]:g} x {size[1]:g} nm: the file seems cut short"
-        raise UnreadableScan(path, "square pixels", fault, "if it is whole, give size= as well")
+        advice = Phrase("if it is whole, give ", Argument("size", ...), " as well")
+        raise UnreadableScan(path, "square pixels", fault, advice)
 
 
 def picture(channel: Channel, path: Path) -> xr.DataArray:

@@ -21,6 +21,7 @@ from ..specimen import need_wide_scan
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, DUGDALE, JKR, read_law
 from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import Argument, Phrase
 from .catalogue import catalogue_of
 
 #: Formulations of adhesion on an elliptic asperity, for the law "jkr".
@@ -63,9 +64,12 @@ def read_options(
     schema.one_of(formulation, FORMULATIONS, "formulation")
     row = ADHESION_LAWS[law]
     if formulation not in row.formulations:
-        raise Refusal("formulation", f"none with law={law!r}", f"{formulation!r}", "leave it out, or take law='jkr'")
+        expected = Phrase("none with ", Argument("law", law))
+        advice = Phrase("leave it out, or take ", Argument("law", JKR))
+        raise Refusal("formulation", expected, f"{formulation!r}", advice)
     if "indenter_height" in ds:
-        raise Refusal("", "a sphere (assign_pair with sphere_radius)", "the height map of an indenter", "use direct")
+        expected = Phrase("a sphere (assign_pair with ", Argument("sphere_radius"), ")")
+        raise Refusal("", expected, "the height map of an indenter", "use direct")
     pair = read_pair(ds, "sphere_radius", "contact_modulus", half_space=not coated)
     if row.adheres:
         pair.need("work_of_adhesion")

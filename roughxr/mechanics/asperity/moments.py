@@ -191,9 +191,10 @@ def _warn_of_a_thin_layer(ds: xr.Dataset, radius: float) -> None:
     """Warn where contacts (radius, nm) are too wide for the layer to count as a half space."""
     if radius > largest_contact(ds):
         warn(
-            f"layer: taken as a thick one, found {float(ds['layer_thickness']):.3g} nm below contacts of "
-            f"{radius:.2g} nm; the moments neglect its base; take adhesive with fields=True, or a run, for both",
+            f"taken as a thick one, found {float(ds['layer_thickness']):.3g} nm below contacts of {radius:.2g} nm; the "
+            "moments neglect its base; take adhesive with fields=True, or a run, for both",
             DoubtfulAsperities,
+            what="layer",
         )
 
 
@@ -201,10 +202,10 @@ def _warn_of_lost_supports(contacts: float, supports: float) -> None:
     """Warn where spheres touch much fewer asperities than summits that supported them at rest."""
     if contacts < 0.6 * supports:  # two of three supports suffice
         warn(
-            f"subregions: {format_number(contacts)} asperities in contact on average, where {format_number(supports)} "
-            "summits of the scan support a sphere at rest; take resting(on=ds.contact.asperities()), else moments are "
-            "too small",
+            f"{format_number(contacts)} asperities in contact on average, where {format_number(supports)} summits of "
+            "the scan support a sphere at rest; take resting(on=ds.contact.asperities()), else moments are too small",
             DoubtfulAsperities,
+            what="subregions",
         )
 
 

@@ -15,7 +15,7 @@ from ..scans import regions
 from ..specimen import ask_about_depth
 from ..vocabulary import schema
 from ..vocabulary.numbers import format_number
-from ..vocabulary.text import IncompleteResult, warn
+from ..vocabulary.text import Argument, IncompleteResult, Phrase, warn
 from ..vocabulary.units import Places, Quantities
 from .asperity_sum import DEFAULT, Asperities, Summands, SumOptions, exact_pull_offs, law_attributes, read_summands
 from .catalogue import DoubtfulAsperities
@@ -128,9 +128,10 @@ def superpose(
     positions = regions.centres_of(ds, subregions)
     if "hardness" in ds.coords:
         warn(
-            "hardness: superposed asperities stay elastic, found an assigned hardness; take `direct` or `adhesive`, "
-            "which let the bodies yield, or drop the hardness",
+            "superposed asperities stay elastic, found an assigned hardness; take `direct` or `adhesive`, which let "
+            "the bodies yield, or drop the hardness",
             DoubtfulAsperities,
+            what="hardness",
         )
     if schema.is_coated(ds) and adheres:
         need_small_contacts(ds, summands.median_contact)
@@ -164,9 +165,14 @@ def _warn_if_untouched(out: xr.Dataset) -> None:
     """Warn if no place has a contact at any displacement: zero forces are easily misread."""
     if not bool((out["contacts"] > 0).any()):
         warn(
-            f"delta: nothing touches down to {format_number(out['delta'][-1], 'nm')} below the highest point of the "
-            "scan: all forces are 0; leave delta= out, so that every place is touched",
+            Phrase(
+                f"nothing touches down to {format_number(out['delta'][-1], 'nm')} below the highest point of the "
+                "scan: all forces are 0; leave ",
+                Argument("delta", ...),
+                " out, so that every place is touched",
+            ),
             IncompleteResult,
+            what="delta",
         )
 
 

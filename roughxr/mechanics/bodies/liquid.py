@@ -33,12 +33,15 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.calls import checked_class
 from ..vocabulary.refusal import Refusal, shown
-from ..vocabulary.text import warn
+from ..vocabulary.text import Argument, Phrase, warn
 from ..vocabulary.units import Quantity, magnitude, positive, single
 from .substances import CUT_OFF, MEDIA, combined
 
 #: Avogadro's number, 1/mol (CODATA 2018).
 _AVOGADRO = 6.02214076e23
+
+#: The arguments that state the attraction of the solids, as an advice names them.
+ATTRACTION = Phrase(Argument("work_of_adhesion"), " or ", Argument("hamaker_constant"))
 
 #: Names of the contact angles on the scan's body and on the other.
 ANGLES = ("contact_angle_1", "contact_angle_2")
@@ -178,7 +181,7 @@ def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple |
             "humidity",
             "the dry adhesion of the bodies as well",
             "none",
-            "give work_of_adhesion or hamaker_constant, or work_of_adhesion=0 if they attract by liquid alone",
+            Phrase("give ", ATTRACTION, ", or ", Argument("work_of_adhesion", 0), " if they attract by liquid alone"),
         )
     liquid = air.liquid
     pressure = _pressure(air.humidity)
@@ -198,8 +201,9 @@ def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple |
     _refuse_thick(pair, radius, pressure)
     if 2 * radius <= coords["liquid_molecule"]:
         warn(
-            f"humidity: at {pressure:.3g} relative humidity menisci, of {2 * radius:.2g} nm, would be thinner than a "
-            f"molecule ({coords['liquid_molecule']:.2g} nm): nothing condenses, and the pair counts as dry"
+            f"at {pressure:.3g} relative humidity menisci, of {2 * radius:.2g} nm, would be thinner than a molecule "
+            f"({coords['liquid_molecule']:.2g} nm): nothing condenses, and the pair counts as dry",
+            what="humidity",
         )
     return coords
 
@@ -286,7 +290,7 @@ def _share(pair: dict[str, float], medium: float | None) -> float:
             "work_of_adhesion",
             "solids that attract no less in air than under the liquid",
             f"a Hamaker constant of {dry:.3g} nN nm, the liquid's {medium:.3g} nN nm",
-            "give work_of_adhesion=(dry, under the liquid) if both are known",
+            Phrase("give ", Argument("work_of_adhesion", ...), " (dry, under the liquid) if both are known"),
         )
     return share
 

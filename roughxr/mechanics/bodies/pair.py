@@ -12,7 +12,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal, shown
-from ..vocabulary.text import RoughxrWarning, warn
+from ..vocabulary.text import Argument, Phrase, RoughxrWarning, warn
 from ..vocabulary.units import Quantities, Quantity, carries_units, in_units, plain, positive, single
 from . import liquid as liquids
 from . import substances
@@ -308,7 +308,7 @@ def _medium_constant(medium: Any, is_known: bool, *, is_humid: bool) -> float:
         raise Refusal(
             "medium",
             "named materials alone, whose attraction across it is known",
-            advice="give work_of_adhesion or hamaker_constant under the medium instead, without medium",
+            advice=Phrase("give ", liquids.ATTRACTION, " under the medium instead, without medium"),
         )
     if between > 0 and is_humid:
         raise Refusal("medium", "a dry pair across a medium, or humid air", "both", "leave medium or humidity out")
@@ -333,9 +333,10 @@ def _attraction(bodies: tuple | None, adhesion: float | None, stated_constant: A
         distance = closest_approach(constant, adhesion)
         if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
             warn(
-                f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {adhesion:.3g} J/m² mean a closest "
-                f"approach of {distance:.2g} nm: is this intended? (van der Waals solids have 0.1 to 0.5 nm)",
+                f"{constant:.3g} nN nm and a work of adhesion of {adhesion:.3g} J/m² mean a closest approach of "
+                f"{distance:.2g} nm: is this intended? (van der Waals solids have 0.1 to 0.5 nm)",
                 ImplausiblePair,
+                what="hamaker_constant",
             )
     return _without_missing(work_of_adhesion=adhesion, hamaker_constant=constant)
 
@@ -354,7 +355,8 @@ def _elastic_bodies(
     """Return the named bodies that face each other, None for others, and the moduli as coordinates."""
     _exactly_one(materials=materials, contact_modulus=stated_modulus, young_modulus=young_modulus)
     if poisson_ratio is not None and young_modulus is None:
-        raise Refusal("poisson_ratio", "none without young_modulus", poisson_ratio, "leave it out")
+        expected = Phrase("none without ", Argument("young_modulus"))
+        raise Refusal("poisson_ratio", expected, poisson_ratio, "leave it out")
     bodies = None if materials is None else substances.named_pair(materials)
     if bodies is not None:
         for body in bodies:
@@ -374,7 +376,7 @@ def _contact_modulus(stated_modulus: Any, young_modulus: Any, poisson_ratio: Any
     if stated_modulus is not None:
         return _plausibly(stated_modulus, "contact_modulus")
     if poisson_ratio is None:
-        raise Refusal("poisson_ratio", "one with young_modulus", "none")
+        raise Refusal("poisson_ratio", Phrase("one with ", Argument("young_modulus")), "none")
     return contact_modulus(young_modulus, poisson_ratio)
 
 
@@ -386,7 +388,14 @@ def _coated(layer: Layer, stated_modulus: Any, young_modulus: Any, poisson_ratio
             "layer",
             "the moduli of the indenter and of the scan's body",
             stated,
-            "give young_modulus=(75, 130) and poisson_ratio=(0.22, 0.28), or materials='glass/silicon'",
+            Phrase(
+                "give ",
+                Argument("young_modulus", (75, 130)),
+                " and ",
+                Argument("poisson_ratio", (0.22, 0.28)),
+                ", or ",
+                Argument("materials", "glass/silicon"),
+            ),
         )
     _exactly_one(material=layer.material, young_modulus=layer.young_modulus)
     _exactly_one(material=layer.material, poisson_ratio=layer.poisson_ratio)
@@ -418,15 +427,20 @@ def _layer_material(name: str) -> substances.Material:
             "layer",
             f"a layer of {', '.join(substances.materials())}",
             f"{name!r}",
-            "of another material give its moduli, as roughxr.Layer('5 nm', young_modulus=70, poisson_ratio=0.2), and "
-            "the pair's work_of_adhesion",
+            Phrase(
+                "of another material give its moduli, as roughxr.Layer('5 nm', young_modulus=70, poisson_ratio=0.2), "
+                "and the pair's ",
+                Argument("work_of_adhesion"),
+            ),
         )
     return material
 
 
 def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | None:
     if surface_energy is not None and work_of_adhesion is not None:
-        raise Refusal("", "surface_energy or work_of_adhesion (= 2 surface_energy)", "both", "leave one out")
+        energy = Argument("surface_energy")
+        expected = Phrase(energy, " or ", Argument("work_of_adhesion"), " (= 2 ", energy, ")")
+        raise Refusal("", expected, "both", "leave one out")
     name = "surface_energy"
     stated = surface_energy
     times = 2.0
@@ -471,16 +485,20 @@ def _hardness(bodies: tuple | None, stated: Any, pair: dict[str, float]) -> dict
     value = _plausibly(stated, "hardness")
     length = pair.get("adhesion_range")
     strength = pair.get("work_of_adhesion", 0.0) / (length or DEFAULT_RANGE)
-    sentence = (
-        f"hardness: {value:.3g} GPa does not exceed the adhesive traction w/rho = {strength:.3g} GPa (rho = "
-        f"{length or DEFAULT_RANGE:g} nm): such a body would yield by adhesion alone"
-    )
+    traction = f"the adhesive traction w/rho = {strength:.3g} GPa (rho = {length or DEFAULT_RANGE:g} nm)"
     if value <= strength and length is not None:
-        raise Refusal(sentence, "a larger hardness, a larger adhesion_range or less work of adhesion")
+        found = f"{value:.3g} GPa: such a body would yield by adhesion alone"
+        advice = Phrase("state a larger hardness, a larger ", Argument("adhesion_range"), " or less work of adhesion")
+        raise Refusal("hardness", f"more than {traction}", found, advice)
     if value <= strength:
+        question = (
+            f"{value:.3g} GPa does not exceed {traction}: such a body would yield by adhesion alone; is this "
+            "intended? (else assign the "
+        )
         warn(
-            f"{sentence}; is this intended? (else assign the adhesion_range that belongs to this work of adhesion)",
+            Phrase(question, Argument("adhesion_range"), " that belongs to this work of adhesion)"),
             ImplausiblePair,
+            what="hardness",
         )
     return {"hardness": value}
 
@@ -491,22 +509,20 @@ def _radius(stated: Any, ds: xr.Dataset) -> float | None:
     if radius is None or "height" not in ds or not {"x", "y"} <= set(ds["height"].dims) & set(ds.indexes):
         return radius
     pixel = max(schema.spacing(ds[axis]) for axis in ("x", "y"))
-    sentence = f"sphere_radius: {radius:g} nm is {radius / pixel:.2g} pixels of {pixel:g} nm"
+    size = f"{radius / pixel:.2g} pixels of {pixel:g} nm"
+    advice = "plain numbers are in nm, other units are written as in '3 um'"
     if radius < _FEWEST_PIXELS * pixel:
-        raise Refusal(sentence, "more than one", advice="plain numbers are in nm, other units are written as in '3 um'")
+        raise Refusal("sphere_radius", "more than one pixel", f"{radius:g} nm, {size}", advice)
     if radius < _FEW_PIXELS * pixel:
-        warn(
-            f"{sentence}, too few to resolve its contact; plain numbers are in nm, other units are written as in "
-            "'3 um'",
-            ImplausiblePair,
-        )
+        sentence = f"{radius:g} nm is {size}, too few to resolve its contact; {advice}"
+        warn(sentence, ImplausiblePair, what="sphere_radius")
     return radius
 
 
 def _plausible(value: float, quantity: str, stated: Any, name: str = "") -> float:
     """Return a value; raise if no body can have it, warn if it is improbable."""
     possible = _RANGES[quantity]
-    sentence = f"{name or quantity}: {shown(stated)} is {value:.4g} {possible.units}"
+    sentence = f"{shown(stated)} is {value:.4g} {possible.units}"
     sentence += f" of {quantity}" if name not in ("", quantity) else ""
     advice = (
         f"{possible.known}; plain numbers are in {possible.units}, other units are written as in '3 um' or '70e9 Pa'"
@@ -519,7 +535,7 @@ def _plausible(value: float, quantity: str, stated: Any, name: str = "") -> floa
             advice,
         )
     if not possible.low <= value <= possible.high:
-        warn(f"{sentence}: is this intended? ({advice})", ImplausiblePair)
+        warn(f"{sentence}: is this intended? ({advice})", ImplausiblePair, what=name or quantity)
     return value
 
 

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import did_you_mean
+from ..vocabulary.text import Argument, Phrase, did_you_mean
 from ..vocabulary.units import positive, single
 
 #: Cut-off of van der Waals forces at contact, nm.
@@ -133,8 +133,17 @@ def named_pair(names: str | tuple[str, str]) -> tuple[Material, Material]:
             "materials",
             f"one or two of {', '.join(listed)}, as in 'glass/silicon'",
             f"{names!r}{question}",
-            "for another material give young_modulus, poisson_ratio, and work_of_adhesion or hamaker_constant; or list "
-            f"it in a table that the environment variable {OWN_TABLE} names",
+            Phrase(
+                "for another material give ",
+                Argument("young_modulus"),
+                ", ",
+                Argument("poisson_ratio"),
+                ", and ",
+                Argument("work_of_adhesion"),
+                " or ",
+                Argument("hamaker_constant"),
+                f"; or list it in a table that the environment variable {OWN_TABLE} names",
+            ),
         )
     return listed[both[0]], listed[both[-1]]
 

@@ -23,10 +23,10 @@ from ..kernels.adhesion.states import INTERMEDIATE_TOLERANCE, TOLERANCE
 from ..kernels.adhesion.traction_laws import TAIL
 from ..specimen import Specimen, need_wide_scan, specimen_of
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO
+from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO, JKR
 from ..vocabulary.numbers import format_number
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import IncompleteResult, RoughxrWarning, warn
+from ..vocabulary.text import Argument, IncompleteResult, Phrase, RoughxrWarning, warn
 from ..vocabulary.units import Places, Quantities, Quantity
 from .adhesion_on_cells import NO_DIRECTIONS, Adhesion, resolving_cell
 from .adhesive_options import (
@@ -210,7 +210,8 @@ def _solution(
 def _need_one_mesh(adhesion: Adhesion) -> None:
     """Raise where fields are requested without displacements, or on meshes that differ between places."""
     if adhesion.preloads.size or not adhesion.refine:
-        raise Refusal("fields", "displacements (delta) and one mesh for all places, such as mesh=4")
+        expected = Phrase("displacements (delta) and one mesh for all places, such as ", Argument("mesh", 4))
+        raise Refusal("fields", expected)
 
 
 def _described(adhesion: Adhesion) -> dict[str, Any]:
@@ -244,9 +245,12 @@ def _warn_of_time(adhesion: Adhesion, problem: Problem) -> None:
     seconds = seconds_on_cells(problem, adhesion)
     if seconds > _LONG:
         warn(
-            "these bodies are soft and their contacts large: a place takes about "
-            f"{format_number(float(f'{seconds:.1g}'), 's')} of processor time; one mesh, as mesh=2, takes less and has "
-            "no error"
+            Phrase(
+                "these bodies are soft and their contacts large: a place takes about "
+                f"{format_number(float(f'{seconds:.1g}'), 's')} of processor time; one mesh, as ",
+                Argument("mesh", 2),
+                ", takes less and has no error",
+            )
         )
 
 
@@ -276,7 +280,7 @@ def _warn_of_places(flags: xr.DataArray, words: str, category: type[Warning] = R
     """Warn of the places with a flag at any preload, if there are any."""
     flagged = flags.any([dim for dim in flags.dims if dim != "subregion"])
     if flagged.any():
-        warn(f"{int(flagged.sum())} of {flagged.size} subregions {words}", category)
+        warn(Phrase(f"{int(flagged.sum())} of {flagged.size} subregions ", words), category)
 
 
 def _warn_of_one_mesh(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
@@ -284,8 +288,11 @@ def _warn_of_one_mesh(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> 
     radius = out["pull_off_resolution"]
     _warn_of_places(
         radius < LEAST_RADIUS,
-        f"have contacts with a radius below {LEAST_RADIUS:g} cells at pull-off (smallest {float(radius.min()):.2g}): "
-        "compare with a finer mesh, or take mesh='auto'",
+        Phrase(
+            f"have contacts with a radius below {LEAST_RADIUS:g} cells at pull-off (smallest "
+            f"{float(radius.min()):.2g}): compare with a finer mesh, or take ",
+            Argument("mesh", "auto"),
+        ),
         UnresolvedContact,
     )
     if np.isnan(adhesion.accuracy):
@@ -297,9 +304,13 @@ def _warn_of_one_mesh(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> 
     )
     _warn_of_places(
         out["pull_off_error"].isnull() & (out["pull_off_force"] > 0),
-        "have no error estimate (pull_off_error is NaN): one mesh gives none "
-        f"for law={adhesion.law!r}{coarse if problem.dx > largest else ''}; take mesh='auto', or compare with a finer "
-        "mesh",
+        Phrase(
+            "have no error estimate (pull_off_error is NaN): one mesh gives none for ",
+            Argument("law", adhesion.law),
+            f"{coarse if problem.dx > largest else ''}; take ",
+            Argument("mesh", "auto"),
+            ", or compare with a finer mesh",
+        ),
         UnresolvedContact,
     )
 
@@ -324,9 +335,12 @@ def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
     """Warn of inaccurate, truncated or incomplete places, and of a law that is cut off."""
     if ADHESION_LAWS[adhesion.law].has_hamaker_tail:
         warn(
-            f"law={adhesion.law!r} is cut off at a gap of {TAIL * adhesion.length:.3g} nm: the pull-off of a smooth "
-            "sphere is 0.9 % too small, that of stiff rough bodies up to 20 %, and pull_off_error does not include "
-            "this error; compare with `rigid`, which has no cut-off"
+            Phrase(
+                Argument("law", adhesion.law),
+                f" is cut off at a gap of {TAIL * adhesion.length:.3g} nm: the pull-off of a smooth sphere is 0.9 % "
+                "too small, that of stiff rough bodies up to 20 %, and pull_off_error does not include this error; "
+                "compare with `rigid`, which has no cut-off",
+            )
         )
     if adhesion.refine:
         _warn_of_one_mesh(out, adhesion, problem)
@@ -352,8 +366,9 @@ def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
         reason = f"{what}needed more than {MOST_CELLS:g} cells; their results are NaN"
     else:
         seconds = format_number(float(f"{seconds_on_cells(problem, adhesion):.1g}"), "s")
-        reason = (
-            "have no valid front (more than one contact, or one too far from a circle); their results are NaN: "
-            f"law='jkr' solves them on cells, in about {seconds} each"
+        reason = Phrase(
+            "have no valid front (more than one contact, or one too far from a circle); their results are NaN: ",
+            Argument("law", JKR),
+            f" solves them on cells, in about {seconds} each",
         )
     _warn_of_places(~out["complete"], reason, IncompleteResult)

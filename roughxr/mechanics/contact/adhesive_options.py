@@ -18,6 +18,7 @@ from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO, EXPONENTIAL, JKR, SHORT_RANGE, read_law
 from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import Argument, Phrase
 from ..vocabulary.units import whole_number
 from .adhesion_on_cells import Adhesion, interaction_range, largest_cell
 from .cycle import MOST_CELLS, overlapping_cells
@@ -179,7 +180,7 @@ def _need_hardness_above(hardness: float, work: float, length: float, law: str) 
             "hardness",
             f"more than the adhesive traction, {work / length:.3g} GPa over {length:.3g} nm",
             f"{hardness:.3g} GPa",
-            f"assign the adhesion_range that belongs to the work of adhesion, {advice}",
+            Phrase("assign the ", Argument("adhesion_range"), f" that belongs to the work of adhesion, {advice}"),
         )
 
 
@@ -226,13 +227,14 @@ def need_resolved_law(adhesion: Adhesion, problem: Problem) -> None:
     smallest = problem.pixel / (adhesion.refine or MOST_REFINED)
     if smallest > cell:
         refine = int(np.ceil(problem.pixel / cell))
-        advice = f"law={law.rival!r}"
-        advice = f"mesh={refine}, or {advice}" if refine <= MOST_REFINED else advice
+        advice = Phrase("take ", Argument("law", law.rival))
+        if refine <= MOST_REFINED:
+            advice = Phrase("take ", Argument("mesh", refine), ", or ", Argument("law", law.rival))
         raise Refusal(
-            f"law={adhesion.law!r}",
+            Phrase(Argument("law", adhesion.law)),
             f"cells of at most {cell:.3g} nm (larger ones do not resolve its traction)",
             f"{smallest:.3g} nm",
-            f"take {advice}",
+            advice,
         )
 
 
@@ -247,7 +249,9 @@ def need_few_cells(specimen: Specimen, problem: Problem, adhesion: Adhesion, pos
     cells = max(overlapping_cells(surface, problem, adhesion) for surface in surfaces)
     if cells * adhesion.refine**2 > MOST_CELLS:
         finest = int(np.sqrt(MOST_CELLS / cells))
-        advice = f"take mesh={finest}" if finest else "take a smaller preload or delta, or a coarser scan"
+        advice: str = "take a smaller preload or delta, or a coarser scan"
+        if finest:
+            advice = Phrase("take ", Argument("mesh", finest))
         raise TooManyCells(
             "mesh",
             f"at most {MOST_CELLS:g} cells within the interaction range",

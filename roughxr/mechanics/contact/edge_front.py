@@ -14,9 +14,11 @@ import numpy as np
 from ..kernels.adhesion import front
 from ..kernels.topography.circles import heights_on_circles
 from ..scans import regions
-from ..vocabulary.adhesion_laws import ADHESION_LAWS
+from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
 from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import Argument, Phrase
 from .adhesion_on_cells import Adhesion
+from .mesh import FRONT
 from .pressing import LARGEST_SETTLING
 from .problem import Place, Problem, Surface, cell_axes, surface_at
 from .refinement import first_refinement, with_settling
@@ -80,7 +82,12 @@ def with_front(problem: Problem, adhesion: Adhesion, *, fields: bool) -> Adhesio
     """Return the solution by the front where "auto" takes it; raise if it is requested for what it does not solve."""
     obstacle = _obstacle(problem, adhesion, fields)
     if adhesion.by_front and obstacle:
-        raise Refusal("mesh='front'", "a sphere on half spaces, law='jkr' and a preload", obstacle, "take mesh='auto'")
+        raise Refusal(
+            Phrase(Argument("mesh", FRONT)),
+            Phrase("a sphere on half spaces, ", Argument("law", JKR), " and a preload"),
+            obstacle,
+            Phrase("take ", Argument("mesh", "auto")),
+        )
     is_automatic = np.isfinite(adhesion.tabor) and not (adhesion.refine or adhesion.by_front)
     if not is_automatic or obstacle or (seconds := seconds_on_cells(problem, adhesion)) < _AFFORDABLE:
         return adhesion

@@ -15,7 +15,7 @@ from ..jobs.records import BRANCHES, Layout, warn_unconverged
 from ..kernels.halfspace import displacement_control, load_control, yielding
 from ..specimen import Specimen, need_wide_scan, specimen_of
 from ..vocabulary import schema
-from ..vocabulary.text import IncompleteResult, warn
+from ..vocabulary.text import Argument, IncompleteResult, Phrase, warn
 from ..vocabulary.units import Places, Quantities
 from .problem import Place, Problem, Surface, check_depth, deepest, read_problem, surface_at
 from .solving import put_fields, solve, state_fields
@@ -146,10 +146,16 @@ def _warn_if_untouched(out: xr.Dataset) -> None:
     never = int((area.max([name for name in area.dims if name != "subregion"]) <= 0).sum())
     if 2 * never > count:
         warn(
-            f"delta: nothing touches at {never} of {count} places, down to {float(out['delta'][-1]):g} "
-            "nm below the highest point of the scan: their forces are 0; leave delta= out, so that every place is "
-            "touched, or take datum='first_contact', which counts delta from the first touch at each place",
+            Phrase(
+                f"nothing touches at {never} of {count} places, down to {float(out['delta'][-1]):g} nm below the "
+                "highest point of the scan: their forces are 0; leave ",
+                Argument("delta", ...),
+                " out, so that every place is touched, or take ",
+                Argument("datum", "first_contact"),
+                ", which counts delta from the first touch at each place",
+            ),
             IncompleteResult,
+            what="delta",
         )
 
 

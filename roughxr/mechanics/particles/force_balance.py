@@ -28,7 +28,7 @@ from ..asperity.moments import weakest
 from ..vocabulary import schema
 from ..vocabulary.numbers import format_percent
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import IncompleteResult, warn
+from ..vocabulary.text import Argument, IncompleteResult, Phrase, warn
 from ..vocabulary.units import Quantity, magnitude, positive
 from .loads import LOADS, Body, Flow, Load, Push, read_flow
 
@@ -228,7 +228,8 @@ def read_resistance(ds: xr.Dataset, direction: Any, friction_coefficient: Any, s
     """Return the resistance at each place of a result of `rolling`; raise if an option is missing or impossible."""
     expect_moments(ds)
     if friction_coefficient is not None and shear_strength is not None:
-        raise Refusal("", "either friction_coefficient or shear_strength", "both")
+        expected = Phrase("either ", Argument("friction_coefficient"), " or ", Argument("shear_strength"))
+        raise Refusal("", expected, "both")
     names = ("resisting_moment", "hinge_distance", "tipping_force", "tipping_hinge_distance")
     moment, hinge, force, tipping_hinge = (ds[name].transpose("subregion", "direction").values for name in names)
     angles = ds["direction"].values

@@ -25,7 +25,7 @@ from ..statistics.sampling import (
 from ..vocabulary import schema
 from ..vocabulary.error_sources import HALF_WIDTH
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import without_warnings
+from ..vocabulary.text import Argument, Phrase, without_warnings
 from ..vocabulary.units import single
 
 _NAME = "pull_off_force"
@@ -171,7 +171,7 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
             words,
             f"at least one positive {_NAME}",
             f"none of {sample.values.size}",
-            "if the file counts adhesion as negative, open it with pulls='negative'",
+            Phrase("if the file counts adhesion as negative, open it with ", Argument("pulls", "negative")),
         )
     return sample
 

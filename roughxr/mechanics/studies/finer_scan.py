@@ -65,7 +65,8 @@ def second_scan(ds: xr.Dataset, finer: xr.Dataset) -> SecondScan:
     if shown_wavelength > 2 * max(schema.pixel(ds)):
         limit = format_number(noise_limit(flat), "nm", 2)
         hidden = format_number(shown_wavelength, "nm", 2)
-        warn(f"finer: its noise, up to {limit}, hides roughness below {hidden}: it shows no more than the first scan")
+        sentence = f"its noise, up to {limit}, hides roughness below {hidden}: it shows no more than the first scan"
+        warn(sentence, what="finer")
     return SecondScan(finer, noisier, shown, shown_wavelength)
 
 
@@ -129,9 +130,10 @@ def _compare(ds: xr.Dataset, shown: xr.Dataset, raw: xr.Dataset) -> None:
             doubts.append(f"{name} {_words(name, value)} instead of {_words(name, low)} to {_words(name, high)}")
     if doubts:
         warn(
-            f"finer: on the pixels of the first scan it has {'; '.join(doubts)} of the parts as large of the first "
-            "scan: check that it is the same surface, in the same units and orientation",
+            f"on the pixels of the first scan it has {'; '.join(doubts)} of the parts as large of the first scan: "
+            "check that it is the same surface, in the same units and orientation",
             ImplausibleScan,
+            what="finer",
         )
 
 

@@ -233,7 +233,8 @@ class _Prediction:
     def warn_again(messages: list[warnings.WarningMessage]) -> None:
         """Warn at the user's line."""
         for message in messages:
-            warn(str(message.message), message.category)
+            assert isinstance(message.message, Warning)
+            warn(message.message.args[0], message.category)
 
 
 def _modulus_trade(fitted: Fitted, predict: _Prediction) -> float:

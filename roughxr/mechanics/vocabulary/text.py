@@ -1,4 +1,4 @@
-"""Text from files and users: escaping of control characters, suggestions for misspelt words, warnings."""
+"""Text: control characters, suggestions for misspelt words, arguments that it names, and warnings."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import sys
 import unicodedata
 import warnings
 from collections.abc import Callable, Iterable
-from typing import Any
+from itertools import chain
+from typing import Any, NamedTuple, Self
 
 #: Categories of characters that move the cursor, colour or hide what is printed, or turn its direction.
 _CONTROL_CATEGORIES = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
@@ -28,6 +29,31 @@ def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
 
     near = get_close_matches(str(value).lower(), [str(name) for name in allowed], n=1)
     return f" (did you mean {near[0]}?)" if near else ""
+
+
+class Argument(NamedTuple):
+    """An argument that a text names: bare, with a value, or with ``...`` for any value."""
+
+    name: str
+    value: Any = None
+
+    def __str__(self) -> str:
+        if self.value is None:
+            return self.name
+        return f"{self.name}=" if self.value is ... else f"{self.name}={self.value!r}"
+
+
+class Phrase(str):
+    """Text that names arguments as Python does; its parts let a door name them in its own way."""
+
+    parts: tuple[Any, ...]
+
+    def __new__(cls, *parts: object) -> Self:
+        """Return the text of parts, which are texts, phrases and arguments."""
+        phrase = super().__new__(cls, "".join(map(str, parts)))
+        nested = (part.parts if isinstance(part, Phrase) else (part,) for part in parts)
+        phrase.parts = tuple(chain.from_iterable(nested))
+        return phrase
 
 
 class RoughxrWarning(UserWarning):
@@ -52,8 +78,10 @@ class IncompleteResult(RoughxrWarning):
     """
 
 
-def warn(words: str, category: type[Warning] = RoughxrWarning) -> None:
-    """Warn at the line of the user's code that called the package."""
+def warn(words: str, category: type[Warning] = RoughxrWarning, *, what: str = "") -> None:
+    """Warn, of an argument if one is named, at the line of the user's code that called the package."""
+    if what:
+        words = Phrase(Argument(what), ": ", words)
     frame = sys._getframe().f_back
     depth = 2
     above = 2

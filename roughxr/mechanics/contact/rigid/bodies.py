@@ -11,7 +11,7 @@ from ...kernels.adhesion import rigid as kernels
 from ...specimen import Specimen, need_wide_scan, specimen_of
 from ...vocabulary import schema
 from ...vocabulary.adhesion_laws import ADHESION_LAWS, HAMAKER, read_law
-from ...vocabulary.text import warn
+from ...vocabulary.text import Argument, Phrase, warn
 from ...vocabulary.units import Places, Quantities, whole_number
 from ..mesh import UnresolvedContact
 from ..problem import first_touches, read_problem
@@ -146,8 +146,12 @@ def _warn(out: xr.Dataset, options: Options) -> None:
     # the result depends on the cell size if one cell gives a larger share of the adhesion force than this
     if share > 0.2:
         warn(
-            f"rigid: a single cell at closest approach gives {min(share, 1):.0%} of the median pull-off, which "
-            "therefore depends on the size of the cells; set mesh=, or use a scan on finer pixels",
+            Phrase(
+                f"rigid: a single cell at closest approach gives {min(share, 1):.0%} of the median pull-off, which "
+                "therefore depends on the size of the cells; set ",
+                Argument("mesh", ...),
+                ", or use a scan on finer pixels",
+            ),
             UnresolvedContact,
         )
 
