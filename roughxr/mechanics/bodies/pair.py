@@ -487,9 +487,9 @@ def _hardness(bodies: tuple | None, stated: Any, pair: dict[str, float]) -> dict
     strength = pair.get("work_of_adhesion", 0.0) / (length or DEFAULT_RANGE)
     traction = f"the adhesive traction w/rho = {strength:.3g} GPa (rho = {length or DEFAULT_RANGE:g} nm)"
     if value <= strength and length is not None:
-        found = f"{value:.3g} GPa: such a body would yield by adhesion alone"
+        softness = f"{value:.3g} GPa: such a body would yield by adhesion alone"
         advice = Phrase("state a larger hardness, a larger ", Argument("adhesion_range"), " or less work of adhesion")
-        raise Refusal("hardness", f"more than {traction}", found, advice)
+        raise Refusal("hardness", f"more than {traction}", softness, advice)
     if value <= strength:
         question = (
             f"{value:.3g} GPa does not exceed {traction}: such a body would yield by adhesion alone; is this "
