@@ -11,7 +11,6 @@ import xarray as xr
 from ...mechanics.contact.problem import first_touches
 from ...mechanics.specimen import specimen_of
 from ...mechanics.statistics.sampling import counted_equally, standard_deviation
-from ...mechanics.vocabulary.numbers import format_number
 
 Run = Mapping[str, xr.Dataset]
 
@@ -19,19 +18,21 @@ Run = Mapping[str, xr.Dataset]
 SIMULATION = "adhesive"
 SUMS = ("published", "self_similar", "energy")
 
-#: Rows of the table that the sentences below it take up.
-_OVERLAPPING = "overlapping contacts [%]"
-_PLACES_OVERLAPPING = "places with overlapping contacts [%]"
-_MEANS = "sum / simulation, of the means"
-_ADDED = "added by sums too large [% of mean]"
-_TAKEN = "taken by sums too small [% of mean]"
-_MEDIAN = "sum / simulation, median place"
-_END = "sum / simulation, {} % of places below"
-_RANKS = "rank correlation with the simulation"
-_SCATTER = "scatter of the places, std / mean"
-
-#: Ends (%) of the range that contains nine of ten places.
-_ENDS = (5, 95)
+#: Rows of the comparison.
+_ROWS = {
+    "contacts": "contacts at pull-off, mean",
+    "overlapping": "overlapping contacts [%]",
+    "places_overlapping": "places with overlapping contacts [%]",
+    "beyond_patch": "contacts larger than their patch [%]",
+    "ratio_of_means": "sum / simulation, of the means",
+    "added": "added by sums too large [% of mean]",
+    "taken": "taken by sums too small [% of mean]",
+    "median": "sum / simulation, median place",
+    "low": "sum / simulation, 5 % of places below",
+    "high": "sum / simulation, 95 % of places below",
+    "rank_correlation": "rank correlation with the simulation",
+    "scatter": "scatter of the places, std / mean",
+}
 
 
 def has_simulation(run: Run) -> bool:
@@ -64,40 +65,44 @@ def delta_from_highest_point(run: Run, method: str) -> xr.DataArray:
 
 def comparison_table(run: Run) -> pd.DataFrame:
     """Return the overlap of contacts at pull-off and, after the simulation, each sum compared with it by place."""
-    columns = {method: _overlap_rows(run, method) for method in SUMS}
+    return _compared(run).rename(index=_ROWS)
+
+
+def _compared(run: Run) -> pd.DataFrame:
+    columns = {method: _overlap(run, method) for method in SUMS}
     if has_simulation(run):
         for method in SUMS:
-            columns[method] |= _agreement_rows(run, method)
-        columns[SIMULATION] = {_SCATTER: _scatter(run, SIMULATION)}
+            columns[method] |= _agreement(run, method)
+        columns[SIMULATION] = {"scatter": _scatter(run, SIMULATION)}
     return pd.DataFrame(columns)
 
 
-def _overlap_rows(run: Run, method: str) -> dict[str, float]:
+def _overlap(run: Run, method: str) -> dict[str, float]:
     """Return the contacts at pull-off, and the shares of those that a sum does not describe."""
     states = states_at_pull_off(run[f"solutions/{method}"])
     contacts = states["contacts"].sum()
     return {
-        "contacts at pull-off, mean": float(states["contacts"].mean()),
-        _OVERLAPPING: 100 * float(states["contacts_overlapping"].sum() / contacts),
-        _PLACES_OVERLAPPING: 100 * float((states["contacts_overlapping"] > 0).mean()),
-        "contacts larger than their patch [%]": 100 * float(states["contacts_beyond_patch"].sum() / contacts),
+        "contacts": float(states["contacts"].mean()),
+        "overlapping": 100 * float(states["contacts_overlapping"].sum() / contacts),
+        "places_overlapping": 100 * float((states["contacts_overlapping"] > 0).mean()),
+        "beyond_patch": 100 * float(states["contacts_beyond_patch"].sum() / contacts),
     }
 
 
-def _agreement_rows(run: Run, method: str) -> dict[str, float]:
+def _agreement(run: Run, method: str) -> dict[str, float]:
     """Return the agreement of a sum with the simulation in the mean, place by place, and in the scatter."""
     superposed, simulated = (run[f"statistics/{name}"]["pull_off_force"].values for name in (method, SIMULATION))
     ratio = pull_off_ratio(run, method)
     difference = (superposed - simulated) / np.nanmean(simulated)
-    ends = {_END.format(end): float(ratio.quantile(end / 100)) for end in _ENDS}
     return {
-        _MEANS: float(np.nanmean(superposed) / np.nanmean(simulated)),
-        _ADDED: 100 * float(np.nanmean(difference.clip(min=0))),
-        _TAKEN: 100 * float(np.nanmean(-difference.clip(max=0))),
-        _MEDIAN: float(ratio.median()),
-        **ends,
-        _RANKS: float(rank_correlation(superposed, simulated)),
-        _SCATTER: _scatter(run, method),
+        "ratio_of_means": float(np.nanmean(superposed) / np.nanmean(simulated)),
+        "added": 100 * float(np.nanmean(difference.clip(min=0))),
+        "taken": 100 * float(np.nanmean(-difference.clip(max=0))),
+        "median": float(ratio.median()),
+        "low": float(ratio.quantile(0.05)),
+        "high": float(ratio.quantile(0.95)),
+        "rank_correlation": rank_correlation(superposed, simulated),
+        "scatter": _scatter(run, method),
     }
 
 
@@ -114,34 +119,8 @@ def _scatter(run: Run, method: str) -> float:
     return float(standard_deviation(force) / force.mean())
 
 
-def conclusion(run: Run) -> str:
-    """Return the paper's conclusion, what its sum gives and what it does not, in sentences."""
-    table = comparison_table(run)
-    published = table["published"]
-    overlap = (
-        "The paper concludes that contacts do not overlap at pull-off. With its formulas "
-        f"{_percent(published, _OVERLAPPING)} of them do, at {_percent(published, _PLACES_OVERLAPPING)} of the places."
-    )
-    if not has_simulation(run):
-        return overlap
-    low, high = (format_number(published[_END.format(end)], digits=2) for end in _ENDS)
-    gives = (
-        f"Its method gives the mean of many places, {format_number(published[_MEANS], digits=2)} times the "
-        f"simulation's, by cancellation: sums that are too large add {_percent(published, _ADDED)} to the mean, sums "
-        f"that are too small take {_percent(published, _TAKEN)} from it."
-    )
-    gives_not = (
-        f"It does not give the pull-off of one place: {format_number(published[_MEDIAN], digits=2)} times the "
-        f"simulation's at the median place, {low} … {high} at nine of ten, with a rank correlation of "
-        f"{format_number(published[_RANKS], digits=2)}."
-    )
-    scatter = [format_number(table.loc[_SCATTER, method], digits=2) for method in ("published", "energy", SIMULATION)]
-    width = (
-        f"Nor does it give the width of the distribution: the standard deviation is {scatter[0]} of the mean as "
-        f"published and {scatter[1]} corrected, for {scatter[2]} in the simulation."
-    )
-    return f"{overlap} {gives} {gives_not} {width}"
-
-
-def _percent(rows: pd.Series, name: str) -> str:
-    return f"{rows[name]:.0f} %"
+def conclusion_values(run: Run) -> dict[str, float]:
+    """Return the numbers of the paper's conclusion: of its sum, and the scatter by each method."""
+    table = _compared(run)
+    scatter = {f"{method}_scatter": table.loc["scatter", method] for method in table} if has_simulation(run) else {}
+    return dict(table["published"]) | scatter

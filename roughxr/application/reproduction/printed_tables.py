@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import pandas as pd
@@ -14,7 +14,15 @@ from ...mechanics.statistics import smooth_pull_off
 from ...mechanics.statistics.sampling import weighted_by_landing_share
 from ...mechanics.vocabulary.adhesion_laws import HERTZ
 from .. import report
-from .conclusion import SIMULATION, SUMS, comparison_table, conclusion, delta_from_highest_point
+from ..wording import render_sentence
+from .conclusion import (
+    SIMULATION,
+    SUMS,
+    comparison_table,
+    conclusion_values,
+    delta_from_highest_point,
+    has_simulation,
+)
 from .numbered_figures import (
     last_without_contact,
     places_without_debris,
@@ -47,6 +55,15 @@ _CONTACT, _COMPARISON, _FORCE = "Pull-off force by method", "Superposition place
 _INTERVALS = "Pull-off force"  # of any run
 _CORRECTIONS, _SCAN = "Pull-off force with one change at a time, mean ± std [µN]", "Scan and asperities"
 
+#: What stands below each table.
+_EXPLAINED = {
+    _CONTACT: "contact",
+    _COMPARISON: "conclusion",
+    _FORCE: "force",
+    _SCAN: "scan",
+    _INTERVALS: "intervals",
+}
+
 
 def paper_tables(run: Run) -> dict[str, pd.DataFrame]:
     """Return the paper's tables by their titles: with its printed values, and with its slips corrected."""
@@ -61,71 +78,21 @@ def paper_tables(run: Run) -> dict[str, pd.DataFrame]:
 
 def explanations(run: Run, titles: Iterable[str]) -> dict[str, str]:
     """Return what stands below tables with these titles: their columns, what is counted, and what follows."""
-    makers: dict[str, Callable[[Run], str]] = {
-        _CONTACT: lambda run: f"{_SUM_COLUMNS} {_simulation_words(run)}{_mean_words(run)} {_PULL_OFF_WORDS}",
-        _COMPARISON: conclusion,
-        _FORCE: _force_words,
-        _SCAN: lambda run: _SCAN_WORDS,
-        _INTERVALS: lambda run: _INTERVAL_WORDS,
-    }
-    return {title: makers[title](run) for title in titles if title in makers}
+    values = conclusion_values(run) | _simulation_values(run)
+    values["untouched_delta"] = last_without_contact(places_without_debris(run, "direct"))
+    coords = run["statistics/published"].coords
+    if "debris_share" in coords:
+        values |= {"places_on_debris": coords["on_debris"].sum(), "debris_share": 100 * coords["debris_share"]}
+    return {title: render_sentence("paper.toml", _EXPLAINED[title], values) for title in titles if title in _EXPLAINED}
 
 
-#: Columns of superposed asperities.
-_SUM_COLUMNS = (
-    "published: the paper's formulas as printed, asperities fitted on 5 × 5 pixels, their own curvature alone. "
-    "self_similar: λ for λ², the sphere's curvature added, fitted on a patch by the shortest wavelength. energy: as "
-    "self_similar, with the ellipse of least energy."
-)
-_PULL_OFF_WORDS = (
-    "Displacements are from the highest point. Figure 15: the place without debris with the largest published sum. The "
-    "paper prints 'approximately' 10, 50 and 90 %. Only the published sum was fitted."
-)
-_INTERVAL_WORDS = (
-    "The simulation again, with places on debris counted as their area. Counted equally, its mean is that of the first "
-    "table."
-)
-_SCAN_WORDS = (
-    "Asperities are those of the paper, fitted on 5 × 5 pixels. Second group: peaks above the widest gap between "
-    "heights. Gaussian: of the same mean and standard deviation."
-)
-_FORCE_WORDS = (
-    "direct: the simulation. published: the paper's sum, fitted on 5 × 5 pixels. corrected: with the sphere's "
-    "curvature, fitted on a patch by the shortest wavelength. sum / direct: ratio of the mean forces at places without "
-    "debris, of which none touches at {delta:g} nm. Within 2 %: places without debris whose forces differ by less "
-    "than 2 % of the mean at 20 nm. The paper prints a std 10 times the mean at 5.08 nm; its 3 and 0.4 µN give 7.5."
-)
-
-
-def _force_words(run: Run) -> str:
-    """Return the columns of the forces without adhesion, and why their ratio begins late."""
-    return _FORCE_WORDS.format(delta=last_without_contact(places_without_debris(run, "direct")))
-
-
-def _simulation_words(run: Run) -> str:
-    """Return what the column of the simulation is; nothing before there is one."""
-    if f"statistics/{SIMULATION}" not in run:
-        return ""
+def _simulation_values(run: Run) -> dict[str, float]:
+    """Return the adhesion range and the cell of the simulation with adhesion, nm, if there is one."""
+    if not has_simulation(run):
+        return {}
     pull_off = run[f"statistics/{SIMULATION}"]
-    adhesion_range = pull_off.attrs.get("adhesion_length_nm", 0.0)
     cell = float(run["scan"]["x"].diff("x").mean() / pull_off["mesh"].max())
-    return (
-        f"{SIMULATION}: half space with an adhesion range of {adhesion_range:g} nm on cells of {cell:.2g} nm, the "
-        "sphere pressed by its adhesion alone; its displacement from first touch is added to that of first touch. "
-    )
-
-
-def _mean_words(run: Run) -> str:
-    """Return how the two means count places on debris."""
-    pull_off = run["statistics/published"]
-    if "debris_share" not in pull_off.coords:
-        return "All places count equally."
-    flagged = int(pull_off["on_debris"].sum())
-    share = 100 * float(pull_off["debris_share"])
-    return (
-        f"All places count equally, as in the paper; only in the mean 'debris by area' the {flagged} places on debris "
-        f"count as their area, {share:.2g} % of the scan, as in the other results of roughxr."
-    )
+    return {"adhesion_range": pull_off.attrs.get("adhesion_length_nm", 0.0), "cell": cell}
 
 
 def _with_printed(table: pd.DataFrame, printed: Mapping[str, tuple[float, str]]) -> pd.DataFrame:
@@ -193,10 +160,8 @@ def force_table(run: Run) -> pd.DataFrame:
 def _direct_rows(run: Run) -> dict[str, float]:
     direct, smooth = (run[f"solutions/{name}"] for name in ("direct", "smooth"))
     pair = read_pair(smooth)
-    hertz = reference.hertz(smooth["delta"].values, radius=pair.sphere_radius, contact_modulus=pair.contact_modulus)[
-        "force"
-    ]
-    rows = {"smooth flat, difference from Hertz [%]": 100 * float(abs(smooth["force"] / hertz - 1).max())}
+    hertz = reference.hertz(smooth["delta"].values, radius=pair.sphere_radius, contact_modulus=pair.contact_modulus)
+    rows = {"smooth flat, difference from Hertz [%]": 100 * float(abs(smooth["force"] / hertz["force"] - 1).max())}
     for delta in _DISTRIBUTION_DELTAS:
         force = _MICRO * direct["force"].sel(delta=delta, method="nearest").values
         mean = float(force.mean())
@@ -213,6 +178,11 @@ def _direct_rows(run: Run) -> dict[str, float]:
     return rows | {"places without debris": float(places_without_debris(run, "direct").sizes["subregion"])}
 
 
+def _at(values: xr.DataArray, deltas: Iterable[float], name: str) -> dict[str, float]:
+    """Return values at the nearest displacements (nm), by name and displacement."""
+    return {f"{name} at {delta:g} nm": float(values.sel(delta=delta, method="nearest")) for delta in deltas}
+
+
 def _agreement_rows(run: Run, name: str) -> dict[str, float]:
     """Return how a sum without adhesion agrees with the direct simulation, by ratio and on the paper's linear axes."""
     solved = places_without_debris(run, "direct")["force"]
@@ -220,11 +190,8 @@ def _agreement_rows(run: Run, name: str) -> dict[str, float]:
     means = summed.mean("subregion"), solved.mean("subregion")
     ratio = means[0] / means[1]
     is_one_line = abs(summed - solved) <= _LINE_WIDTH * means[1].sel(delta=20, method="nearest")
-    rows = {f"sum / direct at {delta:g} nm": float(ratio.sel(delta=delta, method="nearest")) for delta in _RATIO_DELTAS}
-    return rows | {
-        f"places within 2 % at {delta:g} nm": float(is_one_line.sel(delta=delta, method="nearest").sum())
-        for delta in _AXIS_DELTAS
-    }
+    alike = is_one_line.sum("subregion")
+    return _at(ratio, _RATIO_DELTAS, "sum / direct") | _at(alike, _AXIS_DELTAS, "places within 2 %")
 
 
 def correction_table(run: Run) -> pd.DataFrame:
