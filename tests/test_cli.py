@@ -446,6 +446,7 @@ def test_the_hardness_of_the_paper_is_an_estimate_that_changes_no_force(tmp_path
     executed = []
     monkeypatch.setattr(reproduction, "execute", lambda *arguments, **how: executed.append(arguments) or {})
     monkeypatch.setattr(reproduction, "_tables", lambda run: {})
+    monkeypatch.setattr(reproduction, "_as_text", lambda run, tables: "")
     reproduction.paper(tmp_path)
     bodies = executed[0][0].bodies
     assert float(bodies.hardness_estimate) == 6.0 and "hardness" not in bodies.coords

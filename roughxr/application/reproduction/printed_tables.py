@@ -82,7 +82,8 @@ def explanations(run: Run, titles: Iterable[str]) -> dict[str, str]:
     values["untouched_delta"] = last_without_contact(places_without_debris(run, "direct"))
     coords = run["statistics/published"].coords
     if "debris_share" in coords:
-        values |= {"places_on_debris": coords["on_debris"].sum(), "debris_share": 100 * coords["debris_share"]}
+        values["places_on_debris"] = float(coords["on_debris"].sum())
+        values["debris_share"] = 100 * float(coords["debris_share"])
     return {title: render_sentence("paper.toml", _EXPLAINED[title], values) for title in titles if title in _EXPLAINED}
 
 
