@@ -138,8 +138,8 @@ def test_octaves_that_are_not_seen_add_and_untested_ones_count_a_quarter_each():
 def test_finer_roughness_lowers_a_force_far_more_than_it_raises_it():
     two, three = (one_scan_factor(octaves) for octaves in (2, 3))
     for unseen in (two, three):
-        assert unseen.log + unseen.above == pytest.approx(extrapolation._HIGHEST)
-    lowest = [unseen.log - unseen.below for unseen in (two, three)]
+        assert unseen.log + 1.96 * unseen.error.above == pytest.approx(extrapolation._HIGHEST)
+    lowest = [unseen.log - 1.96 * unseen.error.below for unseen in (two, three)]
     assert lowest[1] == pytest.approx(1.5 * lowest[0]) and lowest[1] < -3
 
 

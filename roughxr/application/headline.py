@@ -32,7 +32,6 @@ from ..mechanics.vocabulary.error_sources import (
     SECOND_SCAN_PIXEL,
     SECOND_SCAN_WIDTH,
     UNSEEN,
-    UNSEEN_WORDS,
     KnownError,
     read_errors,
     total_error,
@@ -47,7 +46,7 @@ from ..mechanics.vocabulary.numbers import (
     with_interval,
 )
 from .sentences import comparison_sentence, fit_sentence, recommendation
-from .wording import render_sentences
+from .wording import names_in_words, render_sentences
 
 
 def answer(ds: xr.Dataset) -> xr.Dataset:
@@ -196,7 +195,7 @@ def _mean(summary: xr.Dataset, values: Mapping[str, float]) -> dict[str, Any]:
     if np.isfinite(values["pressed_low"]):
         record["pressed_bounds"] = bounds_in_words(values["pressed_low"], values["pressed_high"])
     if source := summary.attrs.get("largest_source"):
-        record["largest_name"] = ERROR_SOURCES[source].label or source
+        record["largest_name"] = names_in_words("error").get(source, source)
     return record
 
 
@@ -212,7 +211,7 @@ def _real(summary: xr.Dataset, values: Mapping[str, float]) -> dict[str, Any]:
             record |= {f"{name}_from": np.exp(-error), f"{name}_to": np.exp(error)}
     record |= {f"pressed_{end}": values[name] / values["pull_off_force"] for end, name in zip(("from", "to"), PRESSED)}
     source = summary.attrs["unseen_by"]
-    return record | {"one_scan": source == ONE_SCAN, "unseen_words": UNSEEN_WORDS[source]}
+    return record | {"one_scan": source == ONE_SCAN, "unseen_words": names_in_words("unseen")[source]}
 
 
 def _printed_best(value: Mapping[str, float]) -> str:
@@ -276,7 +275,7 @@ def _next_step(summary: xr.Dataset, values: Mapping[str, float]) -> dict[str, An
         if narrowed > 0.95 * wide:  # no step narrows it by a twentieth
             return {"is_wide": is_wide}
     source = summary.attrs.get("narrowing_source", summary.attrs.get("largest_source", ""))
-    remedy = ERROR_SOURCES[source].remedy if source else ""
+    remedy = names_in_words("remedy").get(source, "")
     scan_words = _second_scan_words(summary, values["finest_shown"])
     return {"is_wide": is_wide, "remedy": remedy.format(**scan_words)}
 

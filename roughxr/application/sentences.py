@@ -12,7 +12,7 @@ from ..mechanics.statistics.censoring import RELATIVE_STD
 from ..mechanics.statistics.means import estimated_mean
 from ..mechanics.studies.extrapolation import TESTED
 from ..mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, SHORT_RANGE
-from ..mechanics.vocabulary.error_sources import ERROR_SOURCES, MEASURED, ONE_SCAN, PLACES, UNSEEN, UNSEEN_WORDS
+from ..mechanics.vocabulary.error_sources import ERROR_SOURCES, MEASURED, ONE_SCAN, PLACES, UNSEEN
 from ..mechanics.vocabulary.numbers import (
     format_number,
     format_percent,
@@ -21,7 +21,7 @@ from ..mechanics.vocabulary.numbers import (
     value_and_interval,
     with_interval,
 )
-from .wording import render_sentence, render_sentences
+from .wording import names_in_words, render_sentence, render_sentences
 
 #: Probability below which samples of one distribution differ as much.
 _UNLIKELY = 0.05
@@ -157,7 +157,7 @@ def estimate_notes(estimate: xr.Dataset) -> list[str]:
         "finest_shown": shown,
         "noise_limit": estimate.attrs.get("noise_limit"),
         **{name: estimate[f"roughness_{name}"] for name in ("low", "factor", "high")},
-        "source": UNSEEN_WORDS[source],
+        "source": names_in_words("unseen")[source],
         "shortest_measured": shortest if is_unmeasured else None,
         "longest_tested": longest if source == ONE_SCAN and shown > longest else None,
         "no_pair": all(name in (PLACES, UNSEEN) or ERROR_SOURCES[name].is_of_scan for name in entries),

@@ -68,7 +68,7 @@ def main():
         for measured, log in itertools.permutations(cases, 2):
             differences[name].append(measured - log)
             results["image"].append((-log, np.nan))
-            results["one scan"].append((estimate.log - log, estimate.error))
+            results["one scan"].append((estimate.log - log, estimate.error.std))
             results["measured"].append((measured - log, extrapolation._TRANSFER_ERROR))
         print(f"{name:12s} {np.mean(cases):6.2f} {rms(differences[name]):6.2f}", flush=True)
     for name in options.surfaces:

@@ -73,7 +73,7 @@ def solved_surface(how):
     shown = 2 * max(roughxr.schema.pixel(image))
     factor = extrapolation.second_scan_factor(log, shown, second.shown_wavelength, end)
     probe = float(roughxr.adhesive(truth, subregions=GRID, law=LAW).pull_off_force.mean())
-    return [*at_rest, factor.log, float(np.hypot(factor.error, noise)), probe]
+    return [*at_rest, factor.log, float(np.hypot(factor.error.std, noise)), probe]
 
 
 def main():

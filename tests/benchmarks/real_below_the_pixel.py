@@ -38,7 +38,7 @@ from scipy.stats import norm, t
 import roughxr
 from roughxr.mechanics.studies import extrapolation
 from roughxr.mechanics.studies.finer_scan import second_scan
-from roughxr.mechanics.vocabulary.error_sources import SECOND_SCAN_PIXEL
+from roughxr.mechanics.vocabulary.error_sources import HALF_WIDTH, SECOND_SCAN_PIXEL
 from roughxr.scans import ImplausibleScan, UnreadableScan
 
 MAPS = Path(__file__).parents[3] / "shared" / "scans"
@@ -325,7 +325,7 @@ class Surface:
                 log = np.log(truth / self.mean(f"/{pixels}", lambda scan=image: scan))
                 longest = 2 * pixels * self.pixel
                 with_second = extrapolation.second_scan_factor(ratio, longest, second.shown_wavelength, self.end)
-                ends = with_second.below, with_second.above
+                ends = HALF_WIDTH * with_second.error.below, HALF_WIDTH * with_second.error.above
                 out.append(SecondRow(pixels, noise, ratio - log, with_second.log - log, *ends))
         return out
 
@@ -346,7 +346,7 @@ class Surface:
                 extrapolation.second_scan_factor(0.0, longest, 2 * SECOND_SCAN_PIXEL, end),
                 extrapolation.one_scan_factor(extrapolation.unseen_octaves(longest, end)),
             )
-            widths = [factor.below + factor.above for factor in factors]
+            widths = [2 * HALF_WIDTH * factor.error.std for factor in factors]
             doubts = [is_doubted(image, finer.assign(height=sign * finer.height)) for sign in (1, -1)]
             out.append(DoorRow(pixels, noise, *widths, *doubts))
         return out

@@ -29,7 +29,7 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     'all of these'
     """
     errors = read_errors(ds)
-    entries = errors | {"all of these": total_error(errors.values())._replace(pull_off_change=np.nan)}
+    entries = errors | {"all of these": total_error(errors.values())}
     ax = axes(ax, aspect=0.16 + 0.058 * len(entries))
     rows = np.arange(len(entries))
     std = 100 * np.nan_to_num([entry.std for entry in entries.values()])

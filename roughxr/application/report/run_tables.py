@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
-from ...mechanics.vocabulary.error_sources import PLACES, UNSEEN, KnownError, read_errors, total_error
+from ...mechanics.vocabulary.error_sources import PLACES, UNSEEN, KnownError, read_errors, total_bias, total_error
 from ...mechanics.vocabulary.numbers import format_number, value_and_interval
 from ..figures.uncertainty_bars import error_in_percent
 from ..headline import best_estimate
@@ -70,7 +70,7 @@ def budget_table(run: Run) -> pd.DataFrame:
     The change of the total is the sum of all known biases.
     """
     errors = run_errors(run)
-    total = total_error(errors.values())
+    total = total_error(errors.values())._replace(pull_off_change=total_bias(errors.values()))
     seen = total_error(error for name, error in errors.items() if name != UNSEEN)
     facts: dict[str, Any] = {**run[BUDGET].attrs, "seen": seen.std, "error_of_total": seen.standard_error / seen.std}
     if UNSEEN in errors:

@@ -38,6 +38,7 @@ from ..vocabulary.error_sources import (
     SECOND_SCAN_PIXEL,
     UNSEEN,
     KnownError,
+    error_of_interval,
     error_table,
     read_errors,
     symmetric_error,
@@ -87,17 +88,11 @@ _FEWEST_PIXELS = 8
 
 
 class RoughnessFactor(NamedTuple):
-    """The effect of unseen roughness on the pull-off: ln of the factor, and its distances from the ends of 95 %."""
+    """The effect of unseen roughness on the pull-off: ln of the factor, and its error."""
 
     log: float
-    below: float
-    above: float
-    source: str  # a key of `UNSEEN_WORDS`
-
-    @property
-    def error(self) -> KnownError:
-        """The error of ln(factor)."""
-        return KnownError(self.below / HALF_WIDTH, self.above / HALF_WIDTH)
+    error: KnownError
+    source: str  # ONE_SCAN, SECOND_SCAN or MEASURED
 
 
 @schema.recorded
@@ -287,20 +282,18 @@ def _seen_errors(pull_off: xr.Dataset, scanned: xr.Dataset, budget: xr.Dataset |
     budgeted = {} if budget is None else read_errors(budget)
     errors = {name: error for name, error in budgeted.items() if np.isfinite(error.std)}
     mean, low, high = (float(scanned[name]) for name in ("pull_off_force", "low", "high"))
-    below, above = _distances(mean, low, high)
-    errors[PLACES] = errors.get(PLACES, KnownError())._replace(
-        below=below, above=above, places=int(scanned["places"]), tried_places=int(scanned["solved_places"])
+    places = error_of_interval(mean, low, high)
+    errors[PLACES] = errors.get(PLACES, places)._replace(
+        below=places.below,
+        above=places.above,
+        places=int(scanned["places"]),
+        tried_places=int(scanned["solved_places"]),
     )
     if MESH not in errors:
         errors[MESH] = symmetric_error(float(np.nan_to_num(mesh_error(pull_off))) / HALF_WIDTH)
     if pressed := pressed_means(pull_off):
-        errors[PRESSING] = KnownError(*_distances(mean, *pressed))
+        errors[PRESSING] = error_of_interval(mean, *pressed)
     return errors
-
-
-def _distances(mean: float, low: float, high: float) -> tuple[float, float]:
-    """Return the standard deviations of ln(mean) of which the ends of an interval are those of 95 %."""
-    return float(np.log(mean / low)) / HALF_WIDTH, float(np.log(high / mean)) / HALF_WIDTH
 
 
 def _after_second_scan(ds: xr.Dataset, finer: xr.Dataset | None, end: float) -> dict[str, KnownError]:
@@ -410,7 +403,8 @@ def one_scan_factor(octaves: float, source: str = ONE_SCAN) -> RoughnessFactor:
     """Return the effect of so many unseen octaves, by measured surfaces."""
     log = _CENTRE_OF_OCTAVE * octaves
     highest = _HIGHEST if octaves > 0 else 0.0
-    return RoughnessFactor(log, log - _LOWEST_OF_OCTAVE * octaves, highest - log, source)
+    error = KnownError((log - _LOWEST_OF_OCTAVE * octaves) / HALF_WIDTH, (highest - log) / HALF_WIDTH)
+    return RoughnessFactor(log, error, source)
 
 
 def second_scan_factor(log: float, longest: float, second_longest: float, end: float) -> RoughnessFactor:
@@ -421,9 +415,8 @@ def second_scan_factor(log: float, longest: float, second_longest: float, end: f
     octaves = unseen_octaves(longest, end)
     hidden = min(max(unseen_octaves(second_longest, end), _FEWEST_OCTAVES), octaves)
     below = one_scan_factor(hidden, SECOND_SCAN)
-    shown = _SECOND_OF_OCTAVE * (octaves - hidden)
-    lower, upper = (float(np.hypot(shown, distance)) for distance in (below.below, below.above))
-    return RoughnessFactor(log + below.log, lower, upper, SECOND_SCAN)
+    shown = symmetric_error(_SECOND_OF_OCTAVE * (octaves - hidden) / HALF_WIDTH)
+    return RoughnessFactor(log + below.log, total_error([shown, below.error]), SECOND_SCAN)
 
 
 def _measured_factor(measured: xr.Dataset, force_std: float) -> RoughnessFactor:
@@ -435,9 +428,9 @@ def _measured_factor(measured: xr.Dataset, force_std: float) -> RoughnessFactor:
     ratio, low, high = (float(mean[name]) for name in ("ratio", "ratio_low", "ratio_high"))
     if not np.isfinite([ratio, low, high]).all():
         raise Refusal("measured", "an interval of the ratio", "none", "measure more places")
-    scatter = np.log(high / low) / (2 * HALF_WIDTH)
-    distance = HALF_WIDTH * float(np.hypot.reduce([scatter, force_std, _TRANSFER_ERROR]))
-    return RoughnessFactor(float(np.log(ratio)), distance, distance, MEASURED)
+    scatter = error_of_interval(ratio, low, high).std
+    error = total_error(map(symmetric_error, (scatter, force_std, _TRANSFER_ERROR)))
+    return RoughnessFactor(float(np.log(ratio)), error, MEASURED)
 
 
 def _combined_factor(first: RoughnessFactor, second: RoughnessFactor) -> RoughnessFactor:
@@ -447,8 +440,9 @@ def _combined_factor(first: RoughnessFactor, second: RoughnessFactor) -> Roughne
     that of the second.
     """
     weights = np.array([first.error.std, second.error.std]) ** -2
-    log, below, above = np.average([first[:3], second[:3]], axis=0, weights=weights).tolist()
-    return RoughnessFactor(log, below, above, second.source)
+    ends = [(factor.log, factor.error.below, factor.error.above) for factor in (first, second)]
+    log, below, above = np.average(ends, axis=0, weights=weights).tolist()
+    return RoughnessFactor(log, KnownError(below, above), second.source)
 
 
 def second_scan_ratio(second: SecondScan, law: str) -> tuple[float, float]:

@@ -37,6 +37,7 @@ from ..vocabulary.error_sources import (
     KnownError,
     error_table,
     symmetric_error,
+    total_bias,
     total_error,
 )
 from ..vocabulary.refusal import Refusal
@@ -165,7 +166,7 @@ def budget_of(
         total_std=total.std,
         total_standard_error=total.standard_error,
         pull_off_mean=mean,
-        pull_off_corrected=mean * (1 + total.pull_off_change),
+        pull_off_corrected=mean * (1 + total_bias(errors.values())),
     )
     out = out.assign_coords(schema.pair_coordinates(ds))
     out.attrs = {"law": law, "changed_places": count, "solved_places": solved.sizes["subregion"]}

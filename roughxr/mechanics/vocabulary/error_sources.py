@@ -25,15 +25,10 @@ SECOND_SCAN_PIXEL = 2.0
 SECOND_SCAN_PART = 0.5
 SECOND_SCAN_WIDTH = 10
 
-#: What gives the effect of unseen roughness, in words.
+#: What gives the effect of unseen roughness.
 ONE_SCAN = "surfaces"
 SECOND_SCAN = "second scan"
 MEASURED = "measured"
-UNSEEN_WORDS = {
-    ONE_SCAN: "as on 19 of 20 measured surfaces",
-    SECOND_SCAN: "by a second scan",
-    MEASURED: "by measured pull-offs",
-}
 
 #: Half width of a normal 95 % interval, in standard deviations.
 HALF_WIDTH = 1.96
@@ -43,40 +38,36 @@ TIP_RADIUS = 10.0
 
 
 class ErrorSource(NamedTuple):
-    """A source of error: what narrows the interval, and the change of its assumption by one standard deviation."""
+    """A source of error, and the change of its assumption by one standard deviation."""
 
-    remedy: str  # empty if nothing narrows it
     settings: tuple = ()  # changes by about one standard deviation; empty if the error is no change of an assumption
     is_ratio: bool = False  # the setting multiplies a parameter, so that the pull-off has a slope with it
     is_of_scan: bool = False  # of the surface and its simulation; else of the pair of bodies
-    label: str = ""  # in a sentence, where the key is not
 
 
 #: By key, with the uncertainties of a careful experiment. The range is only increased: a shorter one would need finer
 #: cells and eight times the time. Modulus and radius are changed in one direction only, which saves a sixth of the time
 #: without a change of the result.
 ERROR_SOURCES = {
-    MESH: ErrorSource("a finer mesh", (2,), is_of_scan=True),
-    "preload": ErrorSource("a measured preload", (0.1,), is_of_scan=True),
-    "levelling": ErrorSource("a larger scan, whose background is known", ("quadratic",), is_of_scan=True),
-    "interpolation": ErrorSource("a scan with finer pixels", ("splines",), is_of_scan=True),
-    "tip radius": ErrorSource("a sharper tip", (TIP_RADIUS,), is_of_scan=True),
-    "noise": ErrorSource("less noise, by several scans or a slower one", (1.0,), is_of_scan=True),
-    RANGE: ErrorSource("a known adhesion range of this pair", (4 / 3,), is_ratio=True),
-    "work of adhesion": ErrorSource(
-        "a measured work of adhesion of this pair, for example by pull-off forces", (0.8, 1.2), is_ratio=True
-    ),
-    "modulus": ErrorSource("a measured modulus of the softer body", (1.1,), is_ratio=True),
-    "layer thickness": ErrorSource("a measured thickness of the layer", (0.9, 1.1), is_ratio=True),
-    "sphere radius": ErrorSource("a measured radius of the sphere", (1.05,), is_ratio=True),
-    "hardness": ErrorSource("a measured hardness of the softer body", (0.75, 1.25), is_ratio=True),
-    "humidity": ErrorSource("a measured humidity", (-0.05, 0.05)),
-    "contact angle": ErrorSource("measured contact angles", (-5.0, 5.0)),
-    PRESSING: ErrorSource("a stated preload", is_of_scan=True),
-    PLACES: ErrorSource("more places, or a larger scan", label="choice of places"),
-    THIN: ErrorSource(""),
-    UNSEEN: ErrorSource("a second scan{width} on pixels of {pixels}"),
-    SECOND_SCAN_NOISE: ErrorSource("a second scan with less noise", is_of_scan=True),
+    MESH: ErrorSource((2,), is_of_scan=True),
+    "preload": ErrorSource((0.1,), is_of_scan=True),
+    "levelling": ErrorSource(("quadratic",), is_of_scan=True),
+    "interpolation": ErrorSource(("splines",), is_of_scan=True),
+    "tip radius": ErrorSource((TIP_RADIUS,), is_of_scan=True),
+    "noise": ErrorSource((1.0,), is_of_scan=True),
+    RANGE: ErrorSource((4 / 3,), is_ratio=True),
+    "work of adhesion": ErrorSource((0.8, 1.2), is_ratio=True),
+    "modulus": ErrorSource((1.1,), is_ratio=True),
+    "layer thickness": ErrorSource((0.9, 1.1), is_ratio=True),
+    "sphere radius": ErrorSource((1.05,), is_ratio=True),
+    "hardness": ErrorSource((0.75, 1.25), is_ratio=True),
+    "humidity": ErrorSource((-0.05, 0.05)),
+    "contact angle": ErrorSource((-5.0, 5.0)),
+    PRESSING: ErrorSource(is_of_scan=True),
+    PLACES: ErrorSource(),
+    THIN: ErrorSource(),
+    UNSEEN: ErrorSource(),
+    SECOND_SCAN_NOISE: ErrorSource(is_of_scan=True),
 }
 
 #: Standard deviation of the range of adhesion, as a factor, of van der Waals attraction and of an assigned range.
@@ -125,17 +116,26 @@ def symmetric_error(std: float, **basis) -> KnownError:
     return KnownError(std, std, **basis)
 
 
+def error_of_interval(mean: float, low: float, high: float) -> KnownError:
+    """Return the error of a mean with a 95 % interval."""
+    return KnownError(float(np.log(mean / low)) / HALF_WIDTH, float(np.log(high / mean)) / HALF_WIDTH)
+
+
 def total_error(errors: Iterable[KnownError]) -> KnownError:
-    """Return the error by several independent sources, and the sum of their biases; unknown errors are left out."""
+    """Return the error by several independent sources; unknown errors are left out."""
     known = [error for error in errors if np.isfinite(error.std)]
     if not known:
-        return KnownError(pull_off_change=0.0)
+        return KnownError()
     below, above = np.hypot.reduce([(error.below, error.above) for error in known]).tolist()
     std, standard_error = np.array([(error.std, error.standard_error) for error in known]).T
     # the square of a normal number of mean m and deviation s has the variance 4 m² s² + 2 s⁴
     spread = np.sqrt(((std**2 + 0.5 * standard_error**2) * standard_error**2).sum())
-    bias = np.prod([1 + error.pull_off_change for error in known if error.known_bias]) - 1
-    return KnownError(below, above, float(spread) / max((below + above) / 2, 1e-300), float(bias))
+    return KnownError(below, above, float(spread) / max((below + above) / 2, 1e-300))
+
+
+def total_bias(errors: Iterable[KnownError]) -> float:
+    """Return the relative change of the mean by all known biases."""
+    return float(np.prod([1 + error.pull_off_change for error in errors if error.known_bias])) - 1
 
 
 def error_table(errors: Mapping[str, KnownError]) -> xr.Dataset:
