@@ -14,7 +14,7 @@ from roughxr.application.wording import names_in_words, render_sentence
 from roughxr.mechanics.studies import budget_changes
 from roughxr.mechanics.studies.assumptions import CHANGES
 from roughxr.mechanics.studies.budget_changes import mean_change
-from roughxr.mechanics.studies.uncertainty_budget import budget_of, error_budget
+from roughxr.mechanics.studies.uncertainty_budget import budget_of, error_budget, stated_mesh_error
 from roughxr.mechanics.vocabulary import numbers
 from roughxr.mechanics.vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, THIN, UNKNOWN_RANGE
 
@@ -170,6 +170,12 @@ def test_what_a_run_has_solved_on_the_finer_mesh_is_not_solved_again(rough, monk
     shift = float(finer.pull_off_force.mean() / four_places.pull_off_force.mean()) - 1
     entry = reused.sel(entry="mesh")
     assert float(entry.pull_off_change) == pytest.approx(shift, rel=1e-12) and int(entry.places) == 4
+
+
+def test_errors_that_places_state_at_95_per_cent_are_two_standard_deviations():
+    """By the front they counted as one, in a budget, and as two in an estimate without one."""
+    places = {"pull_off_force": ("subregion", [30.0, 10.0]), "pull_off_error": ("subregion", [0.04, 0.2])}
+    assert stated_mesh_error(xr.Dataset(places)).std == pytest.approx((0.75 * 0.04 + 0.25 * 0.2) / 1.96)
 
 
 def test_the_budget_computes_the_mean_that_the_simulation_does(rough):

@@ -657,7 +657,7 @@ def test_a_synthetic_surface_has_no_real_one_at_any_door(synthetic_run, tmp_path
         "printed": printed,
         "report": report.write_report(output, tmp_path / "report.html").read_text(encoding="utf-8"),
         "explorer": report.write_explorer(output, tmp_path / "explore.html").read_text(encoding="utf-8"),
-        "headline of the sheet": several.headline(result.summary),
+        "headline of the sheet": " ".join(answer_lines(result.summary)),
         "answer": roughxr.answer(archive.load(output)["solutions/adhesive"]).sentence,
         "answer of a sum": roughxr.answer(roughxr.superpose(scan, subregions=(2, 2))).sentence,
     }

@@ -22,7 +22,7 @@ from ..contact.mesh import FRONT, MOST_REFINED, Mesh, read_mesh
 from ..contact.regimes import need_sphere
 from ..scans import regions
 from ..specimen import Specimen
-from ..statistics.means import mean_pull_off, mesh_error, pressed_means
+from ..statistics.means import mean_pull_off, pressed_means
 from ..statistics.sampling import SHARE, at_first_preload
 from ..vocabulary import schema
 from ..vocabulary.error_sources import (
@@ -50,7 +50,7 @@ from ..vocabulary.text import without_warnings
 from ..vocabulary.units import Places, Quantity, positive, whole_number
 from .assumptions import CHANGES, noise_limit
 from .finer_scan import SecondScan, second_scan
-from .uncertainty_budget import budget_of
+from .uncertainty_budget import budget_of, stated_mesh_error
 
 #: Change of ln(pull-off) by each octave of wavelengths that a scan does not show: centre, and lower end of 95 %.
 _CENTRE_OF_OCTAVE = -0.2
@@ -290,7 +290,7 @@ def _seen_errors(pull_off: xr.Dataset, scanned: xr.Dataset, budget: xr.Dataset |
         tried_places=int(scanned["solved_places"]),
     )
     if MESH not in errors:
-        errors[MESH] = symmetric_error(float(np.nan_to_num(mesh_error(pull_off))) / HALF_WIDTH)
+        errors[MESH] = stated_mesh_error(pull_off)
     if pressed := pressed_means(pull_off):
         errors[PRESSING] = error_of_interval(mean, *pressed)
     return errors

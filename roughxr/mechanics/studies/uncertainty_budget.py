@@ -30,6 +30,7 @@ from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.error_sources import (
     CHANGED,
     ERROR_SOURCES,
+    HALF_WIDTH,
     MESH,
     PLACES,
     RANGE,
@@ -151,7 +152,7 @@ def budget_of(
     errors = {PLACES: _error_of_places(pulls)}
     if MESH in settings and (finer is not None or not solved["mesh"].any()):
         del settings[MESH]
-        errors[MESH] = _stated_mesh_error(solved) if finer is None else _on_finer_mesh(solved, finer)
+        errors[MESH] = stated_mesh_error(solved) if finer is None else _on_finer_mesh(solved, finer)
     sampled = regions.sample(solved, places)
     base = _base(ds, solved, sampled, preload=preload, mesh=mesh)
     cases = changes(base, regions.centres(ds, sampled), settings, pull=mean, meshes=sampled["mesh"].values)
@@ -235,10 +236,10 @@ def _slope(factor: str, cases: Sequence[FactorCase]) -> float:
     return float(change[0] / ratio[0]) if len(cases) == 1 else float(np.polyfit(ratio, change, 1)[0])
 
 
-def _stated_mesh_error(solved: xr.Dataset) -> KnownError:
-    """Return the error that a simulation states of its places."""
-    count = solved.sizes["subregion"]
-    return symmetric_error(np.log1p(mesh_error(solved)), places=count, tried_places=count)
+def stated_mesh_error(solved: xr.Dataset) -> KnownError:
+    """Return the error of the mean by those that a simulation states of its places, at 95 %."""
+    count = solved["pull_off_force"].size
+    return symmetric_error(mesh_error(solved) / HALF_WIDTH, places=count, tried_places=count)
 
 
 def _on_finer_mesh(solved: xr.Dataset, finer: xr.Dataset) -> KnownError:
