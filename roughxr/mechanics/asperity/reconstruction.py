@@ -11,7 +11,7 @@ from ..vocabulary.refusal import Refusal
 from .catalogue import asperities
 
 
-@schema.recorded
+@schema.verb("scan")
 def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None) -> xr.Dataset:
     """Return the upper envelope of the asperities as a scan on the original's pixels.
 
@@ -47,7 +47,6 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None) -> xr.Datas
     >>> envelope.height.shape == scan.height.shape
     True
     """
-    ds = schema.validate(ds, "scan")
     catalogue = schema.validate(asperities(ds) if catalogue is None else catalogue, "asperities")
     columns = ("x", "y", "height", "curvature_min", "curvature_max", "orientation")
     rows = asperity_rows(*(catalogue[name].values for name in columns))

@@ -17,7 +17,7 @@ from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity, positive, whole_number
 
 
-@schema.recorded
+@schema.verb("scan")
 def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     """Fit a sphere to the scan of a probe's face, and subtract it.
 
@@ -57,17 +57,16 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     >>> round(float(fitted.fitted_radius)), round(float(fitted.apex_x)), bool(abs(fitted.height).max() < 1e-6)
     (3000, 30, True)
     """
-    scan = schema.validate(ds, "scan")
-    height = scan["height"].values.astype(float)
-    x, y = np.meshgrid(scan["x"].values, scan["y"].values, indexing="ij")
+    height = ds["height"].values.astype(float)
+    x, y = np.meshgrid(ds["x"].values, ds["y"].values, indexing="ij")
     finite = np.isfinite(height)
     if finite.sum() < 10:
         raise Refusal("height", "at least 10 heights to fit a sphere to", finite.sum())
-    middle = float(scan["x"].mean()), float(scan["y"].mean())
+    middle = float(ds["x"].mean()), float(ds["y"].mean())
     top_x, top_y, top, radius = _sphere(x[finite] - middle[0], y[finite] - middle[1], height[finite])
     r2 = (x - middle[0] - top_x) ** 2 + (y - middle[1] - top_y) ** 2
     residual = height - (top - _sphere_depth(r2, radius))
-    out = scan.assign(height=(("x", "y"), residual - residual[finite].mean(), scan["height"].attrs))
+    out = ds.assign(height=(("x", "y"), residual - residual[finite].mean(), ds["height"].attrs))
     out["fitted_radius"] = radius
     out["fit_rms"] = float(residual[finite].std())
     out["apex_x"] = middle[0] + top_x
@@ -120,7 +119,7 @@ def _paraboloid(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float
     return float(x0), float(y0), float(base + (x0**2 + y0**2) / (2 * radius)), radius
 
 
-@schema.recorded
+@schema.verb("scan")
 def placements(
     roughness: xr.Dataset,
     *,
@@ -167,11 +166,10 @@ def placements(
     >>> dict(placed.indenter_height.sizes), round(float(placed.indenter_x[0]))
     ({'placement': 3, 'indenter_x': 31, 'indenter_y': 31}, -150)
     """
-    scan = schema.validate(roughness, "scan")
-    pixel = schema.square_pixel(scan)
+    pixel = schema.square_pixel(roughness)
     radius = positive(sphere_radius, "nm", "sphere_radius")
     whole_number(count, "count", least=1)
-    height = schema.finite(scan["height"].values).astype(float)
+    height = schema.finite(roughness["height"].values).astype(float)
     height = height[:, ::-1]  # rotated by 180° about the x axis to face the surface
     n = _part(height.shape, pixel, width)
     rng = np.random.default_rng(seed)
@@ -187,8 +185,8 @@ def placements(
             "placement": np.arange(count),
             "indenter_x": axis,
             "indenter_y": axis,
-            "patch_x": ("placement", float(scan["x"][0]) + middle[:, 0] * pixel),
-            "patch_y": ("placement", float(scan["y"][-1]) - middle[:, 1] * pixel),
+            "patch_x": ("placement", float(roughness["x"][0]) + middle[:, 0] * pixel),
+            "patch_y": ("placement", float(roughness["y"][-1]) - middle[:, 1] * pixel),
             "rotation": ("placement", turns * (np.pi / 2)),
         },
     )

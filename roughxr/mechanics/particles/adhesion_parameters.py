@@ -19,7 +19,7 @@ from .force_balance import expect_moments
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
 
 
-@schema.recorded
+@schema.verb("result")
 def parameters(ds: xr.Dataset) -> xr.Dataset:
     """Return the parameters of adhesion of resuspension and discrete-element codes, from the places of a result.
 
@@ -57,7 +57,6 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     """
     from scipy.stats import norm
 
-    ds = schema.entered_dataset(ds, "result")
     refuse_several(ds)
     ds = reduction(ds)
     ln_ratio = np.log(ds["pull_off_ratio"])
@@ -84,10 +83,9 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     return schema.label(xr.Dataset(rows, coords=schema.pair_coordinates(ds)))
 
 
-@schema.recorded
+@schema.verb("result")
 def adhesion_by_place(ds: xr.Dataset) -> xr.Dataset:
     """Return adhesion, lever and moment of each place, over all directions."""
-    ds = schema.entered_dataset(ds, "result")
     expect_moments(ds)
     reduced = reduction(ds)[["pull_off_force", "pull_off_ratio", "contact_area"]]
     moment = ds["resisting_moment"]

@@ -17,7 +17,7 @@ _NAME = "removing_load"
 _ENDS = ("", "_low", "_high")
 
 
-@schema.recorded
+@schema.verb("result")
 def removing_load(ds: xr.Dataset, share: Quantity = 0.5) -> xr.Dataset:
     """Return the strength of a steady load that removes a share of the particles.
 
@@ -49,7 +49,6 @@ def removing_load(ds: xr.Dataset, share: Quantity = 0.5) -> xr.Dataset:
     >>> bool(half.removing_load < most.removing_load), most.removing_load.units
     (True, 'm/s')
     """
-    ds = schema.entered_dataset(ds, "result")
     if not {"mode", "shared_load_error"} <= set(ds):
         raise Refusal("", "a result of critical_load", ", ".join(map(str, ds.data_vars)) or "nothing")
     removed = fraction(share, "share")

@@ -19,7 +19,7 @@ from ..vocabulary.text import warn
 from ..vocabulary.units import Places
 
 
-@schema.recorded
+@schema.verb("scan")
 def resting(
     ds: xr.Dataset,
     *,
@@ -68,22 +68,21 @@ def resting(
     >>> roughxr.rolling(scan, directions=8, subregions=places.isel(subregion=[0, 1])).sizes["subregion"]
     2
     """
-    scan = schema.validate(ds, "scan")
-    z, surface = _dilated_surface(scan, schema.sphere_radius(scan))
+    z, surface = _dilated_surface(ds, schema.sphere_radius(ds))
     if landings is None:
         labels, minima = basins.drainage_basins(z, surface.pixel)
         start = np.array(surface.first) + minima * np.array(surface.pixel)
         spheres = np.bincount(labels.ravel(), minlength=len(minima) + 1)[1:] / labels.size
     else:
-        start = regions.points(regions.centres(scan, landings))
+        start = regions.points(regions.centres(ds, landings))
         spheres = np.full(len(start), 1 / len(start))
     # resting positions closer than this (pixels) are one
     places, share = _distinct(basins.settle(surface, start), spheres, 0.05 * max(surface.pixel))
-    out = _described(scan, surface, places)
+    out = _described(ds, surface, places)
     out = out.assign_coords(landing_share=("subregion", share / max(share.sum(), 1e-300)))
     if on is not None:
         out = _move_to_vertices(out, schema.validate(on, "asperities"), surface)
-    out = out.assign_coords(schema.pair_coordinates(scan))
+    out = out.assign_coords(schema.pair_coordinates(ds))
     out.attrs = {"share_off_scan": float(1 - share.sum())}
     if out.sizes["subregion"] == 0:
         out.attrs["missing"] = "no resting position: from every pixel the sphere rolls off the scan"

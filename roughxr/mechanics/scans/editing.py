@@ -9,12 +9,12 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.refusal import Refusal, shown
-from ..vocabulary.schema import in_memory, is_square, label, pixel, recorded, validate
+from ..vocabulary.schema import in_memory, is_square, label, pixel, verb
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, plain, positive
 
 
-@recorded
+@verb("scan")
 def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
     """Return a scan with its missing pixels filled from their neighbours.
 
@@ -44,8 +44,7 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
     >>> bool(holed.contact.fill().height.isnull().any())
     False
     """
-    scan = validate(ds, "scan")
-    height = in_memory(scan["height"])
+    height = in_memory(ds["height"])
     missing = height.isnull().values
     if not isinstance(method, str) or method not in ("linear", "nearest"):
         try:
@@ -54,8 +53,8 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
             raise Refusal("method", "'linear', 'nearest' or a height in nm", f"{method!r}") from None
         height = height.fillna(method)
     elif missing.any():
-        height = height.copy(data=_filled(height.values, missing, method, pixel(scan)))
-    return label(scan.assign(height=height)).assign_attrs(filled_pixels=int(missing.sum()))
+        height = height.copy(data=_filled(height.values, missing, method, pixel(ds)))
+    return label(ds.assign(height=height)).assign_attrs(filled_pixels=int(missing.sum()))
 
 
 def _filled(height: np.ndarray, missing: np.ndarray, method: str, steps: tuple[float, float]) -> np.ndarray:
@@ -76,7 +75,7 @@ def _filled(height: np.ndarray, missing: np.ndarray, method: str, steps: tuple[f
     return height
 
 
-@recorded
+@verb("scan")
 def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Quantity] | None = None) -> xr.Dataset:
     """Return the part of a scan whose pixel centres lie within ranges of x and y.
 
@@ -98,13 +97,12 @@ def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Qua
     >>> dict(roughxr.scans.crop(roughxr.open_sample("glass"), x=("0.4 um", "1.6 um")).sizes)
     {'x': 123, 'y': 512}
     """
-    scan = validate(ds, "scan")
     ranges = {axis: _range(value, axis) for axis, value in (("x", x), ("y", y)) if value is not None}
-    out = scan.sel({axis: slice(*limits) for axis, limits in ranges.items()})
+    out = ds.sel({axis: slice(*limits) for axis, limits in ranges.items()})
     for axis in ranges:
         if out.sizes[axis] < 2:
-            low = float(scan[axis][0])
-            high = float(scan[axis][-1])
+            low = float(ds[axis][0])
+            high = float(ds[axis][-1])
             raise Refusal(axis, f"a range of two pixels or more in {low:g} to {high:g} nm", ranges[axis])
     return out
 
@@ -118,7 +116,7 @@ def _range(value: Any, axis: str) -> tuple[float, float]:
     return limits[0], limits[1]
 
 
-@recorded
+@verb("scan")
 def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     """Return a scan on square pixels, interpolated linearly between the old pixel centres.
 
@@ -145,11 +143,10 @@ def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     >>> dict(roughxr.scans.resample(roughxr.open_sample("glass"), size="20 nm").sizes)
     {'x': 250, 'y': 250}
     """
-    scan = validate(ds, "scan")
-    step = min(pixel(scan)) if size is None else positive(size, "nm", "size")
-    places = {axis: _places(scan[axis].values, step, axis) for axis in ("x", "y")}
-    out = in_memory(scan).interp(places, kwargs={"bounds_error": False})
-    out = out.assign_coords({axis: (axis, places[axis], scan[axis].attrs) for axis in ("x", "y")})
+    step = min(pixel(ds)) if size is None else positive(size, "nm", "size")
+    places = {axis: _places(ds[axis].values, step, axis) for axis in ("x", "y")}
+    out = in_memory(ds).interp(places, kwargs={"bounds_error": False})
+    out = out.assign_coords({axis: (axis, places[axis], ds[axis].attrs) for axis in ("x", "y")})
     return label(out.transpose("x", "y", ...))
 
 

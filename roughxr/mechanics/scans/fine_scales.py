@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..kernels.topography.random_surface import HURST, fit_k_correlation
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.schema import finite, label, pixel, recorded, validate
+from ..vocabulary.schema import finite, label, pixel, verb
 from ..vocabulary.units import Quantity, positive, single
 from . import wavelength
 from .spectra import ring_means
@@ -32,7 +32,7 @@ _NAMES = (
 _REPEATED = 4.0
 
 
-@recorded
+@verb("scan")
 def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quantity | None = None) -> xr.Dataset:
     """Fit the self-affine spectrum with a roll-off to a scan's own.
 
@@ -72,10 +72,9 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     >>> abs(float(fitted.hurst_exponent) - 0.7) < 0.1
     True
     """
-    scan = validate(ds, "scan")
     hurst = None if hurst is None else hurst_exponent(hurst)
-    shown = _given_wavelength(shown, scan)
-    fitted = _fitted(wavelength.scan_parts(scan["height"].values), pixel(scan), hurst, shown)
+    shown = _given_wavelength(shown, ds)
+    fitted = _fitted(wavelength.scan_parts(ds["height"].values), pixel(ds), hurst, shown)
     return label(xr.Dataset(fitted))
 
 
@@ -106,7 +105,7 @@ def rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, 
     return 2 * np.pi * q[occupied], scale * psd[occupied], members[occupied] / _REPEATED
 
 
-@recorded
+@verb("scan")
 def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     """Return the scan without wavelengths below a cut-off.
 
@@ -137,15 +136,14 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     """
     from scipy.fft import idctn
 
-    scan = validate(ds, "scan")
     shortest = positive(shortest, "nm", "shortest")
-    longest = 2 * max(n * step for n, step in zip(scan["height"].shape, pixel(scan)))
+    longest = 2 * max(n * step for n, step in zip(ds["height"].shape, pixel(ds)))
     if shortest > longest:
         raise Refusal("shortest", f"at most twice the scan's length, {longest:g} nm", f"{shortest:g} nm")
-    coefficients, frequency = _cosine_transform(scan)
+    coefficients, frequency = _cosine_transform(ds)
     coefficients[frequency * shortest > 1 + 1e-12] = 0.0
     height = idctn(coefficients, norm="ortho", overwrite_x=True)
-    return label(scan.assign(height=(("x", "y"), height)))
+    return label(ds.assign(height=(("x", "y"), height)))
 
 
 def _cosine_transform(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.polynomial import legendre
 
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.schema import history, in_memory, in_package_units, label, one_of, recorded, validate
+from ..vocabulary.schema import history, in_memory, label, one_of, verb
 from ..vocabulary.text import warn
 from .plausibility import ImplausibleScan, faults
 
@@ -23,7 +23,7 @@ _LINES = ("median", "median_difference")
 METHODS = (*_DEGREES, *_LINES)
 
 
-@recorded
+@verb("scan")
 def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None = None) -> xr.Dataset:
     """Return a scan without its background.
 
@@ -55,10 +55,8 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
     >>> bool(abs(tilted.contact.level().height - scan.contact.level().height).max() < 1e-9)
     True
     """
-    exclude = in_package_units(exclude)
-    scan = validate(ds, "scan")
-    height = in_memory(scan["height"])
-    if not history(scan):  # open_scan has checked its scans already
+    height = in_memory(ds["height"])
+    if not history(ds):  # open_scan has checked its scans already
         for fault in faults(height.values):
             warn(f"{fault}", ImplausibleScan)
     inside = np.isfinite(height.values)
@@ -68,9 +66,9 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
         levelled = _aligned(height.values, inside, method)
     else:
         levelled = _flattened(height, inside, _DEGREES[method])
-    out = label(scan.assign(height=height.copy(data=levelled))).assign_attrs(levelling=method)
-    if scan["height"].chunks:
-        out["height"] = out["height"].chunk(scan["height"].chunksizes)
+    out = label(ds.assign(height=height.copy(data=levelled))).assign_attrs(levelling=method)
+    if ds["height"].chunks:
+        out["height"] = out["height"].chunk(ds["height"].chunksizes)
     return out
 
 

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..vocabulary.schema import label, pixel, recorded, validate
+from ..vocabulary.schema import label, pixel, verb
 from .levelling import level
 from .texture_parameters import NAMES, texture_parameters
 
 
-@recorded
+@verb("scan")
 def roughness(ds: xr.Dataset) -> xr.Dataset:
     """Return the roughness parameters of a scan.
 
@@ -55,14 +55,13 @@ def roughness(ds: xr.Dataset) -> xr.Dataset:
     >>> round(float(measures.s_q), 1)
     1.9
     """
-    scan = validate(ds, "scan")
-    flat = scan.assign(height=level(scan)["height"])
-    heights = scan["height"]  # the paper's numbers are about height 0
+    flat = ds.assign(height=level(ds)["height"])
+    heights = ds["height"]  # the paper's numbers are about height 0
     datum = {"r_a_datum": abs(heights).mean(), "r_q_datum": np.sqrt((heights**2).mean())}
     texture = xr.apply_ufunc(
         texture_parameters,
         flat["height"].drop_vars(list(flat["height"].coords)),
-        kwargs={"pixel": pixel(scan)},
+        kwargs={"pixel": pixel(ds)},
         input_core_dims=[["x", "y"]],
         output_core_dims=[["parameter"]],
         dask="parallelized",
@@ -71,7 +70,7 @@ def roughness(ds: xr.Dataset) -> xr.Dataset:
     )
     texture_scalars = {name: texture.isel(parameter=number) for number, name in enumerate(NAMES)}
     out = xr.Dataset({**_height_parameters(flat["height"]), **_slope_parameters(flat), **texture_scalars, **datum})
-    out = out.assign_coords(_frame(scan)).assign_attrs(scan.attrs)
+    out = out.assign_coords(_frame(ds)).assign_attrs(ds.attrs)
     return label(out)
 
 

@@ -17,7 +17,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import Quantity, positive
 
 
-@schema.recorded
+@schema.verb("scan")
 def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Return the image of a surface by a parabolic tip.
 
@@ -43,7 +43,7 @@ def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     return _swept(ds, tip_radius, 1.0)
 
 
-@schema.recorded
+@schema.verb("scan")
 def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Return the highest surface with this image by a parabolic tip.
 
@@ -79,12 +79,11 @@ def impossible_share(ds: xr.Dataset, *, tip_radius: Quantity) -> float:
 
 def _swept(ds: xr.Dataset, tip_radius: Any, sign: float) -> xr.Dataset:
     """Return heights after sweeping the parabola along x, then along y, as it is a sum of one parabola for each."""
-    scan = schema.validate(schema.in_package_units(ds), "scan")
     radius = positive(tip_radius, "nm", "tip_radius")
-    height = sign * schema.finite(np.asarray(scan["height"].values, dtype=float))
-    for axis, step in enumerate(schema.pixel(scan)):
+    height = sign * schema.finite(np.asarray(ds["height"].values, dtype=float))
+    for axis, step in enumerate(schema.pixel(ds)):
         height = _highest(height, axis, step, radius)
-    return schema.label(scan.assign(height=(("x", "y"), sign * height)))
+    return schema.label(ds.assign(height=(("x", "y"), sign * height)))
 
 
 def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.ndarray:
@@ -99,7 +98,7 @@ def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.nd
     return grey_dilation(height, structure=parabola.reshape(shape), mode="constant", cval=-np.inf)
 
 
-@schema.recorded
+@schema.verb("asperities")
 def tip_flags(catalogue: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Flag the asperities of an image that are sharper than its tip.
 
@@ -125,7 +124,6 @@ def tip_flags(catalogue: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     >>> bool(flagged.sharper_than_tip.all())
     True
     """
-    catalogue = schema.validate(catalogue, "asperities")
     radius = positive(tip_radius, "nm", "tip_radius")
     image = catalogue["curvature_max"]
     inside = image * radius < 1

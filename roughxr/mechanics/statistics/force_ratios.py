@@ -13,7 +13,7 @@ from ..vocabulary.refusal import Refusal
 _AGREEMENT = 0.1
 
 
-@schema.recorded
+@schema.verb("solution")
 def force_ratio(superposed: xr.Dataset, direct: xr.Dataset) -> xr.Dataset:
     """Compare the force of superposed asperities with that of `direct` at each place and displacement.
 
@@ -45,9 +45,8 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset) -> xr.Dataset:
     >>> float(compared.divergence_delta[0]), compared.force_difference.values.round(3).tolist()
     (3.0, [[0.0, 0.05, 1.0]])
     """
-    superposed = schema.in_package_units(superposed)
-    direct = schema.in_package_units(direct)
-    superposed, direct = (loading(schema.validate(ds, "solution")) for ds in (superposed, direct))
+    superposed = loading(superposed)
+    direct = loading(schema.validate(direct, "solution"))
     _check_comparable(superposed, direct)
     superposed = superposed.drop_vars(set(superposed.coords) - set(superposed.dims))  # as direct's, but for rounding
     at = superposed.interp(delta=direct["delta"])

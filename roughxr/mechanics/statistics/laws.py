@@ -40,7 +40,7 @@ LAWS = {
 _RESULTS = ("shape", "location", "scale", "log_likelihood", "aic", "ks_distance", "ks_p_value")
 
 
-@schema.recorded
+@schema.verb("result")
 def fit(
     ds: xr.Dataset,
     name: str = "pull_off_force",
@@ -93,7 +93,6 @@ def fit(
     >>> str(fits.law[int(fits.aic.argmin('law'))].values), fits.scale.units
     ('log_normal', 'nN')
     """
-    ds = schema.entered_dataset(ds, "result")
     laws = [laws] if isinstance(laws, str) else laws
     for law in laws:
         schema.one_of(law, LAWS, "laws")

@@ -29,7 +29,7 @@ class Pool(NamedTuple):
     p_value: float  # probability of as large a spread by the estimates' own errors alone
 
 
-@schema.recorded
+@schema.verb("result")
 def pooled(
     ds: xr.Dataset,
     name: str,
@@ -82,7 +82,6 @@ def pooled(
     >>> bool(pool.pooled_low < 12 < pool.pooled_high), round(float(pool.between_std)), float(pool.between_p_value)
     (True, 2, 0.0)
     """
-    ds = schema.entered_dataset(ds, "result")
     _need_several(ds, name, over)
     # confidence level of the intervals
     confidence = 0.95

@@ -16,7 +16,7 @@ from ..vocabulary.text import IncompleteResult, warn
 _ERRORS = ("pull_off_resolution", "pull_off_error", "pressed_pull_off_force", "mesh", "cell_error")
 
 
-@schema.recorded
+@schema.verb("result")
 def pull_off(ds: xr.Dataset) -> xr.Dataset:
     """Return the pull-off of each subregion: the largest adhesion force and its displacement.
 
@@ -55,7 +55,6 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
     >>> float(sweep.contact.pull_off().pull_off_force[0]), float(sweep.contact.pull_off().pull_off_delta[0])
     (3.0, 0.0)
     """
-    ds = schema.entered_dataset(ds, "result")
     if "pull_off_force" in ds and {"complete", "force", "roughness_factor"} & set(ds):
         out = _solver_pull_off(ds)
         method = "cycle" if "force" not in ds or "complete" in ds else "exact search"
@@ -164,7 +163,7 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     return pair.smooth_pull_off(stiff=stiff)
 
 
-@schema.recorded
+@schema.verb("result")
 def reduction(ds: xr.Dataset) -> xr.Dataset:
     """Return a pull-off with its ratio to that of the smooth sphere.
 
@@ -188,8 +187,8 @@ def reduction(ds: xr.Dataset) -> xr.Dataset:
     >>> roughxr.statistics.reduction(xr.Dataset(forces, coords=pair)).pull_off_ratio.values.round(12).tolist()
     [0.25, 0.5]
     """
-    ds = schema.entered_dataset(ds, "pull_off")
-    ds = ds if "pull_off_force" in ds else schema.validate(ds, "pull_off")
+    if "pull_off_force" not in ds:
+        raise Refusal("pull_off", "a variable 'pull_off_force'", ", ".join(map(str, ds.data_vars)) or "none")
     smooth = smooth_pull_off(ds)
     if smooth <= 0:
         raise Refusal("", "a pair with work_of_adhesion > 0", "0", "assign one with assign_pair")

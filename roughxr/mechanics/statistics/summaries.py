@@ -20,7 +20,7 @@ from .sampling import (
 )
 
 
-@schema.recorded
+@schema.verb("result")
 def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95)) -> xr.Dataset:
     """Return mean, standard deviation, extremes and quantiles over subregions or asperities.
 
@@ -54,7 +54,6 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
     >>> float(table.height.sel(statistic="mean")), float(table.height.sel(statistic="q50"))
     (2.0, 2.0)
     """
-    ds = schema.entered_dataset(ds, "result")
     ds = map_samples(ds)
     dim = next((dim for dim in SAMPLES if dim in ds.dims), None)
     if dim is None:

@@ -65,7 +65,7 @@ _PRIOR_SPREAD = 0.8
 _PRIOR_FREEDOM = 3
 
 
-@schema.recorded
+@schema.verb("result")
 def bootstrap(
     ds: xr.Dataset,
     name: str = "pull_off_force",
@@ -153,8 +153,6 @@ def bootstrap(
     >>> bool(mean.low < 15 < mean.high), mean.estimate.units
     (True, 'nm')
     """
-    ds = schema.entered_dataset(ds, "result")
-    within = schema.in_package_units(within)
     others = other_dimensions(ds, name)
     if others:
         options_along = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "fewest": fewest}

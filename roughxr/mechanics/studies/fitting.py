@@ -33,7 +33,7 @@ METHODS: dict[str, tuple[Callable[..., xr.Dataset], tuple[int, int]]] = {
 _SUPERPOSITION_ERROR = float(np.log(expectation.HIGH / expectation.LOW)) / (2 * 1.645)
 
 
-@schema.recorded
+@schema.verb("scan")
 def fit_pair(
     ds: xr.Dataset,
     measured: xr.Dataset,
@@ -109,9 +109,6 @@ def fit_pair(
     >>> bool(fitted.fitted_work_low < 0.2 < fitted.fitted_work_high)
     True
     """
-    ds = schema.entered_dataset(ds)
-    measured = schema.in_package_units(measured)
-    extrapolation = schema.in_package_units(extrapolation)
     schema.one_of(method, tuple(METHODS), "method")
     confidence = fraction(confidence, "confidence")
     force_std = single(force_std, "1", "force_std", "a relative error from 0 to below 1", lambda part: 0 <= part < 1)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import sys
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import xarray as xr
@@ -14,6 +15,8 @@ from .refusal import Refusal
 from .table import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label  # noqa: F401
 from .text import did_you_mean, warn
 from .units import converts, in_units, magnitude, single
+
+_Verb = TypeVar("_Verb", bound=Callable[..., xr.Dataset])
 
 #: Public names; the others are for roughxr's own functions.
 __all__ = [
@@ -172,6 +175,24 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
         for name in _SIZES & set(ds.coords):
             _assigned(ds[name], name)
     return _validated_scan(ds) if kind == "scan" else ds
+
+
+def verb(kind: str) -> Callable[[_Verb], _Verb]:
+    """Return a decorator of functions of a Dataset of this kind, which is validated, and of others, in known units.
+
+    The result gets a step in its history, see `recorded`. A "result" is any Dataset.
+    """
+
+    def decorate(function: _Verb) -> _Verb:
+        @functools.wraps(function)
+        def checked(ds: Any, *arguments: Any, **options: Any) -> xr.Dataset:
+            valid = validate(ds, kind) if kind in KINDS else entered_dataset(ds, kind)
+            converted = {name: in_package_units(value) for name, value in options.items()}
+            return function(valid, *map(in_package_units, arguments), **converted)
+
+        return recorded(cast(_Verb, checked))
+
+    return decorate
 
 
 def need_dataset(data: Any, kind: str = "scan") -> None:
