@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import sys
 from collections.abc import Callable, Iterable, Mapping
+from inspect import signature
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -184,11 +185,14 @@ def verb(kind: str) -> Callable[[_Verb], _Verb]:
     """
 
     def decorate(function: _Verb) -> _Verb:
+        parameters = tuple(signature(function).parameters)
+
         @functools.wraps(function)
-        def checked(ds: Any, *arguments: Any, **options: Any) -> xr.Dataset:
+        def checked(*arguments: Any, **options: Any) -> xr.Dataset:
+            stated = dict(zip(parameters, arguments)) | options
+            ds = stated.pop(parameters[0])
             valid = validate(ds, kind) if kind in KINDS else entered_dataset(ds, kind)
-            converted = {name: in_package_units(value) for name, value in options.items()}
-            return function(valid, *map(in_package_units, arguments), **converted)
+            return function(valid, **{name: in_package_units(value) for name, value in stated.items()})
 
         return recorded(cast(_Verb, checked))
 
