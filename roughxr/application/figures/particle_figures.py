@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...mechanics.particles.force_balance import NO_CONTACT, expect_moments, fluid_of, strength_of_places
+from ...mechanics.particles.force_balance import NO_CONTACT, fluid_of, strength_of_places
 from ...mechanics.statistics.sampling import shares, weighted_by_landing_share
+from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.numbers import prefixed
 from ...mechanics.vocabulary.refusal import Refusal
 from .style import (
@@ -49,7 +50,7 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     """
     from matplotlib.ticker import MaxNLocator
 
-    expect_moments(ds)
+    ds = schema.validate(ds, "moments")
     moment = ds["resisting_moment"].transpose("subregion", "direction").dropna("subregion", how="all")
     if not moment.sizes["subregion"]:
         raise Refusal("resisting_moment", "a place in contact", "none")

@@ -13,7 +13,6 @@ import xarray as xr
 from ..statistics import cdf, reduction
 from ..statistics.sampling import refuse_several, standard_deviation, weighted_by_landing_share
 from ..vocabulary import schema
-from .force_balance import expect_moments
 
 #: Reported quantiles over the places, and the suffixes of their names.
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
@@ -83,10 +82,9 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     return schema.label(xr.Dataset(rows, coords=schema.pair_coordinates(ds)))
 
 
-@schema.verb("result")
+@schema.verb("moments")
 def adhesion_by_place(ds: xr.Dataset) -> xr.Dataset:
     """Return adhesion, lever and moment of each place, over all directions."""
-    expect_moments(ds)
     reduced = reduction(ds)[["pull_off_force", "pull_off_ratio", "contact_area"]]
     moment = ds["resisting_moment"]
     columns = {

@@ -226,7 +226,7 @@ DENSEST_GAS = 200.0
 
 def read_resistance(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Resistance:
     """Return the resistance at each place of a result of `rolling`; raise if an option is missing or impossible."""
-    expect_moments(ds)
+    ds = schema.validate(ds, "moments")
     if friction_coefficient is not None and shear_strength is not None:
         expected = Phrase("either ", Argument("friction_coefficient"), " or ", Argument("shear_strength"))
         raise Refusal("", expected, "both")
@@ -265,13 +265,6 @@ def pull_off_part(ds: xr.Dataset) -> np.ndarray:
     """Return the relative error of moments (place, 1) by that of the pull-offs; 0 where none is stated."""
     error = ds["pull_off_error"] if "pull_off_error" in ds else xr.zeros_like(ds["pull_off_force"])
     return np.nan_to_num(error.values)[:, None]
-
-
-def expect_moments(ds: xr.Dataset):
-    """Raise for anything but a result of `rolling`."""
-    if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
-        names = ", ".join(map(str, ds.data_vars)) or "none"
-        raise Refusal("", "resisting moments, from ds.contact.rolling()", f"variables: {names}")
 
 
 #: Least and largest physical values, and examples for messages.

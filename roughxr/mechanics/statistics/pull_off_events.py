@@ -163,7 +163,7 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     return pair.smooth_pull_off(stiff=stiff)
 
 
-@schema.verb("result")
+@schema.verb("forces")
 def reduction(ds: xr.Dataset) -> xr.Dataset:
     """Return a pull-off with its ratio to that of the smooth sphere.
 
@@ -187,8 +187,6 @@ def reduction(ds: xr.Dataset) -> xr.Dataset:
     >>> roughxr.statistics.reduction(xr.Dataset(forces, coords=pair)).pull_off_ratio.values.round(12).tolist()
     [0.25, 0.5]
     """
-    if "pull_off_force" not in ds:
-        raise Refusal("pull_off", "a variable 'pull_off_force'", ", ".join(map(str, ds.data_vars)) or "none")
     smooth = smooth_pull_off(ds)
     if smooth <= 0:
         raise Refusal("", "a pair with work_of_adhesion > 0", "0", "assign one with assign_pair")

@@ -197,14 +197,10 @@ def standard_deviation(array: Any, dim: Any = None, weights: xr.DataArray | None
     return array.weighted(weights).std(dim) * np.sqrt(effective / (effective - 1).clip(min=1e-12))
 
 
-def conditions(array: xr.DataArray) -> list[str]:
-    """Return the dimensions other than the places, such as preloads."""
-    return [str(dim) for dim in array.dims if dim not in ("subregion", "x", "y")]
-
-
 def refuse_several(ds: xr.Dataset) -> None:
     """Raise for pull-off forces of several scans or conditions, with advice on how to select or pool them."""
-    others = conditions(ds.get("pull_off_force", xr.DataArray()))
+    force = ds.get("pull_off_force", xr.DataArray())
+    others = [str(dim) for dim in force.dims if dim not in ("subregion", "x", "y")]
     if others:
         ways = ", ".join(f"{dim}=0" for dim in others)
         pooling = "bootstrap(statistics=['mean']) of its pull_off"

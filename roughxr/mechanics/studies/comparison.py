@@ -14,8 +14,8 @@ from ..statistics.densities import shares_up_to
 from ..statistics.means import BEST_ESTIMATE
 from ..statistics.places import independent_places
 from ..statistics.sampling import (
-    SHARE,
     Samples,
+    counted_equally,
     limit_attributes,
     refuse_conditions,
     samples,
@@ -115,7 +115,8 @@ def compare(
     >>> print(compared.contact.answer().sentence.splitlines()[0])
     Measured over predicted mean: 1.56 (95 % interval 1.49 … 1.63).
     """
-    predicted, measured = schema.in_package_units(predicted), schema.in_package_units(measured)
+    predicted = schema.in_package_units(predicted)
+    measured = schema.in_package_units(measured)
     _refuse_exchanged(predicted, measured)
     if extrapolation is not None and not set(BEST_ESTIMATE) <= set(getattr(extrapolation, "data_vars", ())):
         raise Refusal("extrapolation", "a result of `extrapolated`", type(extrapolation).__name__ + " without its mean")
@@ -159,12 +160,10 @@ def _refuse_exchanged(predicted: Any, measured: Any) -> None:
 
 
 def _samples(ds: xr.Dataset, words: str) -> Samples:
-    if not isinstance(ds, xr.Dataset):
-        raise Refusal(words, f"a Dataset with {_NAME}", type(ds).__name__)
+    refuse_conditions(ds, words)
     if _NAME not in ds:
         names = ", ".join(map(str, ds.data_vars)) or "nothing"
         raise Refusal(words, _NAME, names, "take .contact.pull_off() of a solution first")
-    refuse_conditions(ds, words)
     sample = without_weights(samples(ds, _NAME, quiet=True), "compare")
     if not (sample.values > 0).any():
         raise Refusal(
@@ -210,7 +209,7 @@ def _scaled_distance(predicted: Samples, measured: Samples) -> float:
 
 def _intervals(ds: xr.Dataset, statistics: list[str], resamples: int, seed: int) -> list:
     """Return the statistics with the ends of their intervals, all places counted equally."""
-    forces = with_limits(ds, _NAME).drop_vars((SHARE, "on_debris", "debris_share"), errors="ignore")
+    forces = counted_equally(with_limits(ds, _NAME))
     out = without_warnings(bootstrap, forces, _NAME, statistics=statistics, resamples=resamples, seed=seed)
     return [("statistic", out[name].values) for name in ("estimate", "low", "high")]
 

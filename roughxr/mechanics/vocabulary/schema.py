@@ -43,6 +43,14 @@ SMALLEST_LENGTH = 1e-3
 #: Relief of the roughest scans in metres: smaller numbers are no nanometres.
 _LARGEST_IN_METRES = 1e-4
 
+#: How Datasets of a kind are made.
+_MAKING = {
+    "scan": "open a file by roughxr.open_scan, or make a scan of an array, xr.Dataset({'height': (('x', 'y'), "
+    "heights)}, {'x': x, 'y': y}) with pixel centres x and y in nm",
+    "moments": "make it by ds.contact.rolling()",
+    "forces": "take .contact.pull_off() of a solution first",
+}
+
 #: Choices of the origin of delta.
 DATUMS = ("highest_peak", "first_contact")
 
@@ -161,7 +169,7 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     for name, dims in KINDS[kind].items():
         if name not in ds:
             names = ", ".join(map(str, ds.data_vars)) or "none"
-            raise Refusal(kind, f"a variable {name!r}", names)
+            raise Refusal(kind, f"a variable {name!r}", names, _MAKING.get(kind, ""))
         if not set(dims) <= set(ds[name].dims):
             raise Refusal(name, f"dimensions {dims}", tuple(ds[name].dims))
         if ds[name].dtype.kind not in "fiu":
@@ -202,11 +210,7 @@ def verb(kind: str) -> Callable[[_Verb], _Verb]:
 def need_dataset(data: Any, kind: str = "scan") -> None:
     """Raise unless data are a Dataset."""
     if not isinstance(data, xr.Dataset):
-        make = (
-            "open a file by roughxr.open_scan, or make a scan of an array, "
-            "xr.Dataset({'height': (('x', 'y'), heights)}, {'x': x, 'y': y}) with pixel centres x and y in nm"
-        )
-        advice = make if kind == "scan" else "pass what a function of roughxr returned, whole"
+        advice = _MAKING.get(kind, "pass what a function of roughxr returned, whole")
         raise Refusal("", f"an xarray.Dataset of kind {kind!r}", type(data).__name__, advice)
 
 

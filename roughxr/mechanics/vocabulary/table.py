@@ -53,6 +53,8 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
     "solution": {"force": ("subregion", "delta")},
     "pull_off": {"pull_off_force": ("subregion",)},
     "line": {"height": ("x",)},
+    "moments": {"resisting_moment": ("subregion", "direction")},
+    "forces": {"pull_off_force": ()},
 }
 
 #: Scalar coordinates of a scan with an assigned pair, which every result and archive keeps.
