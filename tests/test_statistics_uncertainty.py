@@ -9,7 +9,13 @@ import roughxr
 from roughxr.application import headline
 from roughxr.mechanics.statistics.places import correlogram, independent_places
 from roughxr.mechanics.statistics.sampling import Samples
-from roughxr.mechanics.statistics.uncertainty import _independent, _intervals, _small_sample_ends, density_intervals
+from roughxr.mechanics.statistics.uncertainty import (
+    Resampling,
+    _independent,
+    _intervals,
+    _small_sample_ends,
+    density_intervals,
+)
 from roughxr.mechanics.vocabulary import schema
 from roughxr.statistics import bootstrap, pull_off, reduction
 
@@ -30,7 +36,7 @@ def interval_ends(values, statistics, resamples=199):
     places = None if ds is None else np.c_[ds.subregion_x.values, ds.subregion_y.values]
     sample = Samples(values.ravel(), None, places, 0)
     count = _independent(sample)
-    ends = _intervals(sample, count, list(statistics), 0.95, resamples, 0)
+    ends = _intervals(sample, count, list(statistics), Resampling(0.95, resamples, 0))
     return np.full_like(ends, np.nan) if places is not None and count < 3.5 else ends
 
 

@@ -15,8 +15,9 @@ their tail either: the log-normal interval is then included.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -57,6 +58,15 @@ _ENDS_IN_WORDS = {
     "likelihood_low": "lower end by a likelihood, ",
     "likelihood_high": "upper end by a likelihood, ",
 }
+
+
+class Resampling(NamedTuple):
+    """The confidence level of intervals, and the resamples that they are computed from."""
+
+    confidence: float
+    resamples: int
+    seed: int
+
 
 #: Prior of a logarithm's standard deviation: measured scans have 0.01 … 0.78.
 _PRIOR_SPREAD = 0.8
@@ -155,8 +165,8 @@ def bootstrap(
     """
     others = other_dimensions(ds, name)
     if others:
-        options_along = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "fewest": fewest}
-        return _bootstrap_along(ds, name, along=others[0], seed=seed, within=within, **options_along)
+        options: dict[str, Any] = {"statistics": statistics, "confidence": confidence, "resamples": resamples}
+        return _along(partial(bootstrap, name=name, seed=seed, fewest=fewest, **options), ds, within, others[0])
     sample = samples(ds, name)
     confidence = fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
@@ -166,7 +176,7 @@ def bootstrap(
     count = _independent(sample, None if within is None else samples(within, name))
     attrs = {"variable": name, "confidence": confidence, "samples": sample.values.size, "missing": sample.missing}
     rows, law = _estimates(sample, count, labels, confidence)
-    ends = _ends(ds, name, sample, count, labels, confidence, resamples, seed)
+    ends = _ends(ds, name, sample, count, labels, Resampling(confidence, resamples, seed))
     rows |= dict(zip(("low", "high"), ends))
     if sample.places is not None and count < fewest:
         rows = {row: values if row == "estimate" else np.full(len(labels), np.nan) for row, values in rows.items()}
@@ -204,15 +214,15 @@ def _units(labels: list[str], variable: xr.DataArray) -> str:
 
 
 def _ends(
-    ds: xr.Dataset, name: str, sample: Samples, count: float, labels: list[str], confidence: float, resamples, seed
+    ds: xr.Dataset, name: str, sample: Samples, count: float, labels: list[str], resampling: Resampling
 ) -> np.ndarray:
     """Return the lower and upper ends, (2, statistics), also of samples that are limits or of two populations."""
     find_ends = _intervals if sample.censored is None else _bounded_ends
-    ends = find_ends(sample, count, labels, confidence, resamples, seed)
+    ends = find_ends(sample, count, labels, resampling)
     largest = _largest(ds, name)
     if "mean" in labels and _shows_two_populations(sample, largest):
         share = float(ds["debris_share"])
-        ends[:, labels.index("mean")] = _two_population_ends(sample, share, largest, confidence, resamples, seed)
+        ends[:, labels.index("mean")] = _two_population_ends(sample, share, largest, resampling)
     return ends
 
 
@@ -230,12 +240,13 @@ def missed_share(independent: float, risk: float = 0.05) -> float:
     return 1 - risk ** (1 / independent)
 
 
-def _bootstrap_along(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
-    """Return `bootstrap` of a variable at each entry of a second dimension."""
-    within, n = options.pop("within", None), ds.sizes[along]
-    surfaces = [within if within is None or along not in within.dims else within.isel({along: k}) for k in range(n)]
-    parts = [bootstrap(ds.isel({along: k}), name, within=surfaces[k], **options) for k in range(n)]
-    return xr.concat(parts, dim=ds[along], combine_attrs="drop_conflicts")
+def _along(solve: Callable[..., xr.Dataset], ds: xr.Dataset, within: xr.Dataset | None, dim: str) -> xr.Dataset:
+    """Return `bootstrap` at each entry of a second dimension."""
+    parts = []
+    for k in range(ds.sizes[dim]):
+        surface = None if within is None else within.isel({dim: k}, missing_dims="ignore")
+        parts.append(solve(ds.isel({dim: k}), within=surface))
+    return xr.concat(parts, dim=ds[dim], combine_attrs="drop_conflicts")
 
 
 def _estimate(label: str, values: np.ndarray, weights: np.ndarray | None) -> Any:
@@ -284,8 +295,7 @@ def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float
     edges = np.asarray(bins, dtype=float)
     shares = []
     numbered = sample._replace(values=np.arange(sample.values.size))
-    # number of resamples
-    for chosen, _ in _resampled(numbered, _independent(sample), 399, seed=0):
+    for chosen, _ in _resampled(numbered, _independent(sample), Resampling(confidence, 399, 0)):
         shares += [_bin_fractions(sample, row, edges) for row in chosen]
     return np.quantile(np.array(shares) / np.diff(edges), [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
 
@@ -305,26 +315,27 @@ def _independent(sample: Samples, within: Samples | None = None) -> float:
     return min(counts) * _effective_count(weights, sample.values.size) / sample.values.size
 
 
-def _resampled(sample: Samples, count: float, resamples: int, *, seed: int) -> Iterator[tuple]:
+def _resampled(sample: Samples, count: float, resampling: Resampling) -> Iterator[tuple]:
     """Yield resamples of ``count`` values, and of their weights (or None), in arrays (some resamples, draws)."""
+    rng = np.random.default_rng(resampling.seed)
     # largest number of draws of a resample; deviations of the mean of fewer draws are scaled
-    rng, draws = np.random.default_rng(seed), min(max(round(count), 2), 20_000)
+    draws = min(max(round(count), 2), 20_000)
     # number of values in memory while resampling: 40 MB
     step = max(1, 5_000_000 // draws)
-    for start in range(0, resamples, step):
-        chosen = rng.integers(0, sample.values.size, (min(step, resamples - start), draws))
+    for start in range(0, resampling.resamples, step):
+        chosen = rng.integers(0, sample.values.size, (min(step, resampling.resamples - start), draws))
         yield sample.values[chosen], None if sample.weights is None else sample.weights[chosen]
 
 
-def _intervals(sample: Samples, count: float, labels: list[str], confidence, resamples, seed) -> np.ndarray:
+def _intervals(sample: Samples, count: float, labels: list[str], resampling: Resampling) -> np.ndarray:
     """Return the lower and upper ends, (2, statistics), for ``count`` independent places."""
     from scipy.special import ndtr, stdtrit  # of `scipy.stats`, whose checks take longer than all else here
 
+    confidence = resampling.confidence
     if sample.values.size < FEWEST_SAMPLES:
         return np.array([_small_sample_ends(label, sample, max(count, 1.5), confidence) for label in labels]).T
     drawn = [
-        [_mean(values, weights), _std(values, weights)]
-        for values, weights in _resampled(sample, count, resamples, seed=seed)
+        [_mean(values, weights), _std(values, weights)] for values, weights in _resampled(sample, count, resampling)
     ]
     means, stds = np.concatenate(drawn, axis=1)
     degrees = max(count, 2.0) - 1
@@ -353,9 +364,7 @@ def _shows_two_populations(sample: Samples, largest: float) -> bool:
     return sample.values.size - places > 1 and (places > 1 or np.isfinite(largest))
 
 
-def _two_population_ends(
-    sample: Samples, share: float, largest: float, confidence: float, resamples: int, seed: int
-) -> np.ndarray:
+def _two_population_ends(sample: Samples, share: float, largest: float, resampling: Resampling) -> np.ndarray:
     """Return the ends of the mean's interval for places off and on debris, whose ``share`` of the area is known.
 
     Their errors are independent (Zou & Donner 2008). Fewer than two places on debris show only that its mean lies
@@ -363,10 +372,10 @@ def _two_population_ends(
     """
     on_debris = np.asarray(sample.on_debris)
     off, on = (_part(sample, flags) for flags in (~on_debris, on_debris))
-    off_ends = _intervals(off, _independent(off), ["mean"], confidence, resamples, seed)[:, 0]
+    off_ends = _intervals(off, _independent(off), ["mean"], resampling)[:, 0]
     if on.values.size < 2:
         return (1 - share) * off_ends + share * np.array([0.0, max(largest, off_ends[1], *on.values)])
-    on_ends = _intervals(on, _independent(on), ["mean"], confidence, resamples, seed)[:, 0]
+    on_ends = _intervals(on, _independent(on), ["mean"], resampling)[:, 0]
     means = np.array([off.values.mean(), on.values.mean()])
     weights = np.array([1 - share, share])
     offsets = weights[:, None] * (np.array([off_ends, on_ends]) - means[:, None])
@@ -379,15 +388,11 @@ def _part(sample: Samples, flags: np.ndarray) -> Samples:
     return Samples(sample.values[flags], None, places, 0)
 
 
-def _bounded_ends(
-    sample: Samples, count: float, labels: list[str], confidence: float, resamples: int, seed: int
-) -> np.ndarray:
+def _bounded_ends(sample: Samples, count: float, labels: list[str], resampling: Resampling) -> np.ndarray:
     """Return the ends of intervals that hold wherever limited values lie between their bounds."""
     assert sample.bounds is not None
     if labels == [RELATIVE_STD]:
-        (std_low, mean_low), (std_high, mean_high) = _bounded_ends(
-            sample, count, ["std", "mean"], confidence, resamples, seed
-        )
+        (std_low, mean_low), (std_high, mean_high) = _bounded_ends(sample, count, ["std", "mean"], resampling)
         return np.array([[std_low / mean_high], [std_high / mean_low if mean_low > 0 else np.inf]])
     low, high = finite_ends(sample.bounds)
     parts = []
@@ -399,7 +404,7 @@ def _bounded_ends(
             most_spread_values(np.array([low, high])),
         ):
             bounded = sample._replace(values=values, bounds=None)
-            parts.append(_intervals(bounded, count, labels, confidence, resamples, seed))
+            parts.append(_intervals(bounded, count, labels, resampling))
     is_std = np.array(labels) == "std"
     ends = np.array([np.where(is_std, parts[2][0], parts[0][0]), np.where(is_std, parts[3][1], parts[1][1])])
     return with_infinity(ends)
