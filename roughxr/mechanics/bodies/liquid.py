@@ -171,7 +171,7 @@ class HumidAir:
     film: Any = None
 
 
-def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple | None) -> dict[str, float]:
+def liquid_coordinates(pair: dict[str, float], humidity: Any, *, bodies: tuple | None) -> dict[str, float]:
     """Return the coordinates that describe the condensed liquid of a pair, see `assign_pair`.
 
     ``pair`` contains the other coordinates, ``bodies`` the named materials if their Hamaker constants set the adhesion.
@@ -183,6 +183,7 @@ def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple |
             "none",
             Phrase("give ", ATTRACTION, ", or ", Argument("work_of_adhesion", 0), " if they attract by liquid alone"),
         )
+    air = humidity if isinstance(humidity, HumidAir) else HumidAir(humidity)
     liquid = air.liquid
     pressure = _pressure(air.humidity)
     tension, volume = _liquid(liquid)

@@ -209,11 +209,11 @@ def assign_pair(
     ds = schema.entered_dataset(ds)
     ds = schema.validate(ds, "scan") if schema.kind_of(ds) == "scan" else ds
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
+    is_humid = humidity is not None
     bodies, moduli = _elastic_bodies(materials, young_modulus, poisson_ratio, contact_modulus, layer)
     is_known = bodies is not None and surface_energy is work_of_adhesion is hamaker_constant is None
-    between = _medium_constant(medium, is_known, is_humid=humidity is not None)
-    air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
-    adhesion, under_liquid = _dry_and_under_liquid(surface_energy, work_of_adhesion, is_humid=air is not None)
+    between = _medium_constant(medium, is_known, is_humid=is_humid)
+    adhesion, under_liquid = _dry_and_under_liquid(surface_energy, work_of_adhesion, is_humid=is_humid)
     values = (
         moduli
         | under_liquid
@@ -225,9 +225,9 @@ def assign_pair(
         )
     )
     values |= _hardness(bodies, hardness, values)
-    if air is not None:
+    if is_humid:
         attracting = bodies if adhesion is hamaker_constant is None else None  # whose own constants set the attraction
-        values |= liquids.liquid_coordinates(values, air, bodies=attracting)
+        values |= liquids.liquid_coordinates(values, humidity, bodies=attracting)
     out = _with_names(ds, materials, medium).assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))

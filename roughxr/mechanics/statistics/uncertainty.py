@@ -60,6 +60,10 @@ _ENDS_IN_WORDS = {
 }
 
 
+#: Why there is no interval: effective sample size, and number of samples.
+_TOO_FEW = "too few independent places for an interval: {} of {}; take a larger grid or a larger scan"
+
+
 class Resampling(NamedTuple):
     """The confidence level of intervals, and the resamples that they are computed from."""
 
@@ -168,29 +172,35 @@ def bootstrap(
         options: dict[str, Any] = {"statistics": statistics, "confidence": confidence, "resamples": resamples}
         return _along(partial(bootstrap, name=name, seed=seed, fewest=fewest, **options), ds, within, others[0])
     sample = samples(ds, name)
-    confidence = fraction(confidence, "confidence")
-    if resamples < 1 / (1 - confidence):
-        raise Refusal("resamples", f"at least {1 / (1 - confidence):.0f}", resamples)
+    resampling = _read_resampling(confidence, resamples, seed)
+    confidence = resampling.confidence
     labels = _labels(statistics)
-    units = _units(labels, ds[name])
     count = _independent(sample, None if within is None else samples(within, name))
     attrs = {"variable": name, "confidence": confidence, "samples": sample.values.size, "missing": sample.missing}
     rows, law = _estimates(sample, count, labels, confidence)
-    ends = _ends(ds, name, sample, count, labels, Resampling(confidence, resamples, seed))
+    ends = _ends(ds, name, sample, count, labels, resampling)
     rows |= dict(zip(("low", "high"), ends))
     if sample.places is not None and count < fewest:
         rows = {row: values if row == "estimate" else np.full(len(labels), np.nan) for row, values in rows.items()}
-        of = f"{format_number(count, digits=2)} of {sample.values.size}"
-        attrs["no_interval"] = f"too few independent places for an interval: {of}; take a larger grid or a larger scan"
+        attrs["no_interval"] = _TOO_FEW.format(format_number(count, digits=2), sample.values.size)
     out = xr.Dataset({row: ("statistic", values) for row, values in rows.items()}, {"statistic": labels}, attrs | law)
-    out = _named_ends(out, ds[name], units).assign(independent_places=count)
+    out = _named_ends(out, ds[name]).assign(independent_places=count)
     if sample_dimension(map_samples(ds, name), name) == "subregion" and "debris_share" not in ds.coords:
         out.attrs["missed_share"] = missed_share(count, 1 - confidence)
     return schema.label(out)
 
 
-def _named_ends(out: xr.Dataset, variable: xr.DataArray, units: str) -> xr.Dataset:
+def _read_resampling(confidence: Any, resamples: int, seed: int) -> Resampling:
+    """Return the options of a bootstrap; raise for too few resamples for the level."""
+    confidence = fraction(confidence, "confidence")
+    if resamples < 1 / (1 - confidence):
+        raise Refusal("resamples", f"at least {1 / (1 - confidence):.0f}", resamples)
+    return Resampling(confidence, resamples, seed)
+
+
+def _named_ends(out: xr.Dataset, variable: xr.DataArray) -> xr.Dataset:
     """Return statistics of a variable and their intervals with units and long names."""
+    units = "1" if RELATIVE_STD in out["statistic"] else variable.attrs.get("units", "1")
     long_name = variable.attrs.get("long_name", variable.name)
     for name in out.data_vars:
         out[name].attrs = {"units": units, "long_name": _ENDS_IN_WORDS[str(name)] + long_name}
@@ -198,19 +208,13 @@ def _named_ends(out: xr.Dataset, variable: xr.DataArray, units: str) -> xr.Datas
 
 
 def _labels(statistics: Sequence[str]) -> list[str]:
-    """Return names of statistics; raise for a single one, whose letters would be taken for names."""
+    """Return names of statistics of one unit; raise for a single one, whose letters would be taken for names."""
     if isinstance(statistics, str):
         raise Refusal("statistics", "a list of names", f"{statistics!r}", f"pass [{statistics!r}]")
-    return list(statistics)
-
-
-def _units(labels: list[str], variable: xr.DataArray) -> str:
-    """Return the units of statistics of a variable; raise for several."""
-    if RELATIVE_STD not in labels:
-        return variable.attrs.get("units", "1")
-    if len(labels) > 1:
+    labels = list(statistics)
+    if RELATIVE_STD in labels and len(labels) > 1:
         raise Refusal("statistics", f"{RELATIVE_STD} alone, since it has no unit", labels)
-    return "1"
+    return labels
 
 
 def _ends(

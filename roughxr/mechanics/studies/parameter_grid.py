@@ -75,7 +75,6 @@ def vary(
     """
     ds = schema.entered_dataset(ds)
     _need_function(solve)
-    indenter = schema.in_package_units(indenter)
     varied = {
         "sphere_radius": sphere_radius,
         "contact_modulus": contact_modulus,
