@@ -59,9 +59,14 @@ _ENDS_IN_WORDS = {
     "likelihood_high": "upper end by a likelihood, ",
 }
 
-
 #: Why there is no interval: effective sample size, and number of samples.
 _TOO_FEW = "too few independent places for an interval: {} of {}; take a larger grid or a larger scan"
+
+#: Prior of a logarithm's standard deviation: measured scans have 0.01 … 0.78.
+_PRIOR_SPREAD = 0.8
+
+#: Degrees of freedom of that prior.
+_PRIOR_FREEDOM = 3
 
 
 class Resampling(NamedTuple):
@@ -70,13 +75,6 @@ class Resampling(NamedTuple):
     confidence: float
     resamples: int
     seed: int
-
-
-#: Prior of a logarithm's standard deviation: measured scans have 0.01 … 0.78.
-_PRIOR_SPREAD = 0.8
-
-#: Degrees of freedom of that prior.
-_PRIOR_FREEDOM = 3
 
 
 @schema.verb("result")
