@@ -5,13 +5,8 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.mechanics.vocabulary.numbers import (
-    format_number,
-    format_percent,
-    format_quantity,
-    prefixed,
-    value_and_interval,
-)
+from roughxr.application.wording.intervals import value_and_interval
+from roughxr.mechanics.vocabulary.numbers import format_number, format_percent, format_quantity, prefixed
 
 
 @pytest.mark.parametrize("share", [0.995, 0.9951, 0.99999, 1.0, 1.004])

@@ -36,17 +36,10 @@ from ..mechanics.vocabulary.error_sources import (
     read_errors,
     total_error,
 )
-from ..mechanics.vocabulary.numbers import (
-    bounds_in_words,
-    format_number,
-    is_too_wide,
-    prefixed,
-    significant,
-    value_and_interval,
-    with_interval,
-)
+from ..mechanics.vocabulary.numbers import format_number, prefixed, significant
 from .sentences import comparison_sentence, fit_sentence, recommendation
 from .wording import names_in_words, render_sentences
+from .wording.intervals import bounds_in_words, is_too_wide, value_and_interval, with_interval
 
 
 def answer(ds: xr.Dataset) -> xr.Dataset:

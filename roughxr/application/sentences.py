@@ -13,15 +13,9 @@ from ..mechanics.statistics.means import estimated_mean
 from ..mechanics.studies.extrapolation import TESTED
 from ..mechanics.vocabulary.adhesion_laws import ADHESION_LAWS, SHORT_RANGE
 from ..mechanics.vocabulary.error_sources import ERROR_SOURCES, MEASURED, ONE_SCAN, PLACES, UNSEEN
-from ..mechanics.vocabulary.numbers import (
-    format_number,
-    format_percent,
-    format_quantity,
-    is_too_wide,
-    value_and_interval,
-    with_interval,
-)
+from ..mechanics.vocabulary.numbers import format_number, format_percent, format_quantity
 from .wording import names_in_words, render_sentence, render_sentences
+from .wording.intervals import is_too_wide, value_and_interval, with_interval
 
 #: Probability below which samples of one distribution differ as much.
 _UNLIKELY = 0.05

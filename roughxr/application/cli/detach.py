@@ -24,7 +24,7 @@ from ...mechanics.particles.force_balance import (
 )
 from ...mechanics.particles.loads import read_flow
 from ...mechanics.statistics.sampling import first_surface_of_each_place, weighted_by_landing_share
-from ...mechanics.vocabulary.numbers import format_number, format_percent, value_and_interval, with_interval
+from ...mechanics.vocabulary.numbers import format_number, format_percent
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.schema import is_humid
 from ...mechanics.vocabulary.text import without_warnings
@@ -37,6 +37,7 @@ from ..figures.style import SMALL
 from ..report.detachment import turbulent_speed
 from ..report.run_numbers import METHOD_WORDS, critical_strength
 from ..report.summary import best_method, critical_flow, fluid_in_words, place_table, scan_label, with_few_digits
+from ..wording.intervals import value_and_interval, with_interval
 from . import words
 from .file_commands import save_picture
 

@@ -26,7 +26,7 @@ from ...mechanics.statistics.means import estimated_mean
 from ...mechanics.statistics.sampling import CONDITION, SHARE, sample_bounds
 from ...mechanics.studies.comparison import compare
 from ...mechanics.studies.fitting import fit_pair
-from ...mechanics.vocabulary.numbers import bounds_in_words, format_number, with_error, with_interval
+from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.schema import one_of
 from .. import archive, figures
@@ -36,6 +36,7 @@ from ..headline import best_estimate
 from ..report.summary import PLACES, with_few_digits
 from ..sentences import comparison_sentence, fit_sentence
 from ..wording import names_in_words, render_sentence
+from ..wording.intervals import bounds_in_words, with_error, with_interval
 from . import words
 from .file_commands import image_options, print_attributes, save_picture
 

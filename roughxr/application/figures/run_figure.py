@@ -8,9 +8,10 @@ import numpy as np
 import xarray as xr
 
 from ...mechanics.statistics.sampling import at_first_preload, weighted_by_landing_share
-from ...mechanics.vocabulary.numbers import bounds_in_words, format_number
+from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from ..headline import best_estimate
+from ..wording.intervals import bounds_in_words
 from .contact_fields import field_map
 from .distributions import distribution
 from .maps import scan_map

@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 
 from ...mechanics.vocabulary.error_sources import KnownError, read_errors, total_error
-from ...mechanics.vocabulary.numbers import format_number, with_error
+from ...mechanics.vocabulary.numbers import format_number
+from ..wording.intervals import with_error
 from .style import BLACK, BLUE, GREY, ORANGE, SMALL, Axes, axes, legend, styled
 
 

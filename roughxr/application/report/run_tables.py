@@ -11,10 +11,11 @@ import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
 from ...mechanics.vocabulary.error_sources import PLACES, UNSEEN, KnownError, read_errors, total_bias, total_error
-from ...mechanics.vocabulary.numbers import format_number, value_and_interval
+from ...mechanics.vocabulary.numbers import format_number
 from ..figures.uncertainty_bars import error_in_percent
 from ..headline import best_estimate
 from ..wording import names_in_words, render_sentence, table_of_words
+from ..wording.intervals import value_and_interval
 from .run_numbers import METHOD_WORDS, Number, run_numbers
 from .summary import BUDGET, run_fluid
 

@@ -17,7 +17,7 @@ from ...mechanics.jobs.progress import print_line, rough_duration
 from ...mechanics.scans.regions import sides
 from ...mechanics.statistics import pooled
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.numbers import format_percent, format_quantity, value_and_interval, with_interval
+from ...mechanics.vocabulary.numbers import format_percent, format_quantity
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.table import SCALARS
 from .. import report
@@ -26,6 +26,7 @@ from ..report.report_page import pair_facts, render_template, setting
 from ..report.run_numbers import summary_numbers
 from ..report.summary import few_digits, place_table
 from ..tables import FORMATS, table_of, written_formats
+from ..wording.intervals import value_and_interval, with_interval
 from .folder import refuse_own_files
 from .stages import TimeLeft
 
