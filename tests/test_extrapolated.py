@@ -176,7 +176,8 @@ def test_with_a_second_scan_the_truth_lies_inside_an_interval_narrower_than_with
 
 def test_the_interval_of_the_real_surface_contains_ranges_by_pressing(scan, scanned):
     """A third of the places hold five times as much once pressed."""
-    settled = scanned.assign(pressed_pull_off_force=scanned.pull_off_force)
+    mesh_error = xr.full_like(scanned.pull_off_force, 0.1)
+    settled = scanned.assign(pressed_pull_off_force=scanned.pull_off_force, pull_off_error=mesh_error)
     times = xr.where(scanned.subregion_x == scanned.subregion_x.max(), 5.0, 1.0)
     pressed = settled.assign(pressed_pull_off_force=scanned.pull_off_force * times)
     once, ranges = (real_pull_off(scan, solved, None) for solved in (settled, pressed))
@@ -184,7 +185,12 @@ def test_the_interval_of_the_real_surface_contains_ranges_by_pressing(scan, scan
     assert ratio > 1.5 and float(ranges.pull_off_high / ranges.pull_off_mean) > ratio
     assert float(ranges.pull_off_low) == pytest.approx(float(once.pull_off_low))
     assert f"× 1 … {ratio:.2g} by how hard the sphere was pressed" in roughxr.answer(ranges).sentence
-    assert float(roughxr.answer(ranges).scan_error) == pytest.approx(float(roughxr.answer(once).scan_error))
+    assert [float(roughxr.answer(estimate).scan_error) for estimate in (once, ranges)] == pytest.approx([0.1, 0.1])
+
+
+def test_an_unknown_error_of_the_mesh_is_missing_and_not_zero(scan, scanned):
+    unknown = real_pull_off(scan, scanned.assign(pull_off_error=np.nan * scanned.pull_off_force), None)
+    assert np.isnan(unknown.relative_std.sel(entry="mesh")) and np.isfinite(unknown.pull_off_high)
 
 
 def width(estimate, name="pull_off"):
