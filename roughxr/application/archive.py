@@ -24,11 +24,10 @@ import numpy as np
 import xarray as xr
 
 from .._version import __version__
-from ..files.doors import open_hdf5
+from ..files.doors import note_own_file, open_hdf5
 from ..files.storage import (
     as_characters,
     atomic_write,
-    open_locked,
     open_locked_raw,
     refuse_unstorable,
     uninterrupted,
@@ -120,17 +119,19 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
         with open_locked_raw(temporary, "a" if onto else "w") as file:
             file.setncatts(present)
             _write_groups(file, loaded)
+            checksums = _checksums(getattr(file, _CHECKSUMS, "")) | {
+                name: _checksum(_without_fields(path, name, file[name])) for name in groups if not lazy[name]
+            }
         for name, keys in lazy.items():
             for key in keys:
                 _write_field(groups[name][[key]], key, temporary, name)
         with open_locked_raw(temporary, "a") as file:
-            checksums = _checksums(getattr(file, _CHECKSUMS, "")) | {
-                name: _checksum(_without_fields(path, name, file[name])) for name in groups
-            }
+            checksums |= {name: _checksum(_without_fields(path, name, file[name])) for name in groups if lazy[name]}
             file.setncattr(_CHECKSUMS, "\n".join(map(" ".join, checksums.items())))
             for name in set(attrs) - set(present) & set(file.ncattrs()):
                 file.delncattr(name)
             file.comment = f"in groups, open with xarray.open_datatree: {', '.join(group_names(file))}"
+        note_own_file(temporary)
     return path
 
 
@@ -255,8 +256,8 @@ def _checksum(ds: xr.Dataset) -> str:
 
 def root_attributes(path: Path) -> dict[str, Any]:
     """Return the attributes of an archive's root."""
-    with _damage_explained(path), open_locked(path) as root:
-        return dict(root.attrs)
+    with _damage_explained(path), open_locked_raw(path) as root:
+        return {name: root.getncattr(name) for name in root.ncattrs()}
 
 
 @contextmanager
@@ -285,9 +286,11 @@ def _damage_explained(path: Path) -> Iterator[None]:
 
 def _without_fields(path: Path, name: str, group: netCDF4.Group, checksum: str = "") -> xr.Dataset:
     """Return a group of an open file with this checksum, in memory except for its fields, which are lazy."""
-    ds = xr.open_dataset(xr.backends.NetCDF4DataStore(group, lock=False))
+    ds = xr.decode_cf(xr.backends.NetCDF4DataStore(group, lock=False))
     fields = [key for key, array in ds.data_vars.items() if _is_field(array)]
-    lazy = {key: ds[key].copy(data=_StoredField(path, name, ds[key], checksum).lazy()).variable for key in fields}
+    if not fields:
+        return ds.load()
+    lazy = {key: ds.variables[key].copy(data=_StoredField(path, name, ds[key], checksum).lazy()) for key in fields}
     return ds.drop_vars(fields).load().assign(lazy)
 
 
@@ -345,7 +348,8 @@ class _StoredField:
 def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
     """Return ``ds`` without the encodings of its source file; raise for an attribute that cannot be stored."""
     refuse_unstorable(ds, group)
-    return ds.drop_encoding()
+    is_encoded = ds.encoding or any(variable.encoding for variable in ds.variables.values())
+    return ds.drop_encoding() if is_encoded else ds
 
 
 def run_archive(path: Path) -> Path:

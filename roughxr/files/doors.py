@@ -120,10 +120,21 @@ class _StoredFile:
         return hash(self.state)
 
 
+#: Files that this process wrote, as they were then.
+_own_files: set[_StoredFile] = set()
+
+
+def note_own_file(path: Path) -> None:
+    """Note that this process wrote all of a file: it is not searched as long as nothing changes it."""
+    _own_files.add(_StoredFile(path))
+
+
 @lru_cache(maxsize=64)
 def _survey(file: _StoredFile) -> _Survey:
     """Return what a zip or HDF5 file contains."""
     path = file.path
+    if file in _own_files:
+        return _Survey()
     try:
         if zipfile.is_zipfile(path):
             with zipfile.ZipFile(path) as archive:
@@ -179,7 +190,8 @@ def refuse_place(path: Path) -> None:
 
 def refuse_replacement(path: Path, new: Path) -> None:
     """Raise if a path is that of an existing file of another kind than the new file that would replace it."""
-    _refuse_other_kind(path, kind_of(new))
+    if path.exists():
+        _refuse_other_kind(path, kind_of(new))
 
 
 def refuse_other_page(path: Path) -> None:
