@@ -248,6 +248,8 @@ def _along(solve: Callable[..., xr.Dataset], ds: xr.Dataset, within: xr.Dataset 
     for k in range(ds.sizes[dim]):
         surface = None if within is None else within.isel({dim: k}, missing_dims="ignore")
         parts.append(solve(ds.isel({dim: k}), within=surface))
+    if len(parts) == 1:
+        return parts[0].expand_dims(dim).assign_coords({dim: ds[dim].variable})
     return xr.concat(parts, dim=ds[dim], combine_attrs="drop_conflicts")
 
 
