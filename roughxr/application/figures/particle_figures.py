@@ -127,7 +127,7 @@ def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> moments = scan.contact.rolling(directions=8, subregions=(3, 3))
+    >>> moments = scan.contact.rolling(directions=8, subregions=(2, 1))
     >>> fraction = moments.contact.resuspension(friction_velocity=[0.3, 1.0, 3.0, 10.0])
     >>> roughxr.figures.fraction_remaining(fraction).get_ylabel()
     'fraction remaining'

@@ -23,7 +23,8 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> scan = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
     >>> budget = scan.contact.error_budget(settings={"work of adhesion": [0.9, 1.1]}, places=1, law="jkr")
     >>> ax = roughxr.figures.error_budget(budget)
     >>> ax.get_yticklabels()[-1].get_text()

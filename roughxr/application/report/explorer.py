@@ -59,10 +59,10 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     --------
     >>> import contextlib, io, pathlib, tempfile
     >>> import roughxr
-    >>> scan = roughxr.scans.synthetic.self_affine((48, 48), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
     >>> scan = scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
     >>> with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
-    ...     groups = roughxr.run(scan, folder + "/run.nc", subregions=(2, 1))
+    ...     groups = roughxr.run(scan, folder + "/run.nc", subregions=(2, 1), delta=[1.0, 2.0])
     ...     page = roughxr.report.write_explorer(folder + "/run.nc")
     >>> page.name
     'explore.html'

@@ -170,7 +170,7 @@ def formulas(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> table = scan.contact.formulas(subregions=(2, 2))
+    >>> table = scan.contact.formulas(subregions=(2, 1))
     >>> float(table.formula_ratio.sel(formula="sum")), bool(table.formula_ratio.sel(formula="bradley") > 5)
     (1.0, True)
     """
