@@ -105,7 +105,7 @@ def test_what_speaks_for_some_places_says_so():
         summary(by_steps)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.RoughxrWarning")  # of one cell a pixel
 @pytest.mark.parametrize("kind", [adhesive, direct, superpose, pull_off_map, roughxr.rigid])
 def test_a_sphere_wider_than_the_scan_is_refused_with_the_width_that_it_needs(kind):
     """1 mm on 0.6 µm: every place touched the scan's highest peak, and others beyond the scan were not shown."""
