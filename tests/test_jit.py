@@ -1,11 +1,12 @@
 """Compiled kernels belong to the present text of all files that they come from."""
 
 import ast
-import os
-import subprocess
+import importlib
 import sys
+from collections import defaultdict
 from pathlib import Path
 
+import numba
 import pytest
 
 from roughxr.mechanics.kernels import jit
@@ -13,38 +14,58 @@ from roughxr.mechanics.kernels import jit
 TEXT = "from roughxr.mechanics.kernels.jit import kernel\n{}\n\n@kernel\ndef {}(x):\n    return {}\n"
 
 
-@pytest.mark.skipif(
+needs_compiler = pytest.mark.skipif(
     not hasattr(jit.kernel(lambda x: x), "py_func"), reason="NUMBA_DISABLE_JIT: every kernel is plain Python"
 )
-def test_stored_kernels_are_those_of_the_present_sources_and_older_ones_are_removed(tmp_path):
-    """Numba itself would go on with what a kernel called when it was compiled."""
+
+
+@pytest.fixture
+def pack(tmp_path, monkeypatch):
+    """Return the folder of a package of kernels, which stores them beside their files."""
     folder = tmp_path / "pack"
     folder.mkdir()
     (folder / "__init__.py").touch()
     (folder / "calling.py").write_text(TEXT.format("from .middle import middle", "calling", "middle(x)"))
     (folder / "middle.py").write_text(TEXT.format("from .called import called", "middle", "called(x)"))
+    (folder / "called.py").write_text(TEXT.format("", "called", "2 * x"))
+    (folder / "uncalled.py").write_text(TEXT.format("", "uncalled", "x"))
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    yield folder
+    forget_kernels(monkeypatch)
+
+
+def forget_kernels(monkeypatch):
+    """Forget modules and stored names of the package of kernels, as a new process does."""
+    for name in [name for name in sys.modules if name.split(".")[0] == "pack"]:
+        del sys.modules[name]
+    for stored in (jit.digest, jit._imports, jit._stored):
+        stored.cache_clear()
+    monkeypatch.setattr(jit, "_KERNELS", defaultdict(list))
+
+
+@needs_compiler
+def test_stored_kernels_are_those_of_the_present_sources_and_older_ones_are_removed(pack, monkeypatch):
+    """Numba itself would go on with what a kernel called when it was compiled."""
     for times in (2, 5):
-        (folder / "called.py").write_text(TEXT.format("", "called", f"{times} * x"))
-        begin = [sys.executable, "-c", "from pack.calling import calling; print(calling(3))"]
-        own_cache = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
-        done = subprocess.run(begin, cwd=tmp_path, text=True, capture_output=True, check=True, env=own_cache)
-        assert done.stdout == f"{3 * times}\n"
-        assert len(list(tmp_path.rglob("calling.calling@*.nbi"))) == 1
+        (pack / "called.py").write_text(TEXT.format("", "called", f"{times} * x"))
+        forget_kernels(monkeypatch)
+        assert importlib.import_module("pack.calling").calling(3) == 3 * times
+        assert len(list(pack.rglob("calling.calling@*.nbi"))) == 1
 
 
-def test_the_share_of_kernels_to_compile_falls_as_they_are_stored(tmp_path):
+@needs_compiler
+def test_the_share_of_kernels_to_compile_falls_as_they_are_stored(pack, monkeypatch):
     """Where nothing is stored it is 1; a run states the time of its compiling by it."""
-    begin = [
-        sys.executable,
-        "-c",
-        "from roughxr.mechanics.kernels import jit; from roughxr.mechanics.kernels.asperity import ellipse;"
-        "import numpy as np; before = jit.share_to_compile('asperity'); one = np.ones(2);"
-        "ellipse.axis_ratios(one, one); print(before, jit.share_to_compile('asperity'))",
-    ]
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    run = [subprocess.run(begin, text=True, capture_output=True, check=True, env=environment) for _ in range(2)]
-    (first, then), (later, _) = (map(float, done.stdout.split()) for done in run)
-    assert first == 1 and then < 1 and later == then
+    shares = []
+    for _ in range(2):
+        forget_kernels(monkeypatch)
+        importlib.import_module("pack.uncalled")
+        calling = importlib.import_module("pack.calling").calling
+        shares.append(jit.share_to_compile("pack"))
+        calling(3)
+        shares.append(jit.share_to_compile("pack"))
+    assert shares == [1, 0.25, 0.25, 0.25]
 
 
 def test_a_digest_follows_imports_and_nothing_else():

@@ -3,7 +3,6 @@
 import importlib.metadata
 import re
 import runpy
-import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -85,9 +84,3 @@ def test_every_dependency_is_imported_and_stands_below_its_use():
         assert re.search(rf"^ *(import|from) {modules.get(name, name)}\b", sources, re.MULTILINE), line
     block = text.partition("dependencies = [\n")[2].partition("\n]")[0]
     assert block.lstrip().startswith("#")
-
-
-def test_accessors_are_registered_where_xarray_is_imported_last():
-    """Where it is imported first: `test_import_takes_little_more_than_that_of_xarray_and_registers_the_accessors`."""
-    then = "assert xarray.Dataset().contact is not None and xarray.DataArray().contact is not None"
-    subprocess.run([sys.executable, "-c", f"import roughxr, xarray; {then}"], check=True)

@@ -1,5 +1,6 @@
 """The same solve gives the same bits, whatever the memory that it gets held before."""
 
+import hashlib
 import os
 import subprocess
 import sys
@@ -67,24 +68,21 @@ def many_solves(count):
 
 def hash_of(results):
     """Return some digits that stand for a set of bytes."""
-    import hashlib
-
     return hashlib.sha256(b"".join(sorted(results))).hexdigest()
 
 
-def test_solves_in_one_process_and_in_another_are_equal_bit_by_bit_in_poisoned_memory():
+@pytest.mark.parametrize("filling", ["1", pytest.param("128", marks=pytest.mark.soak)])  # large negative and positive
+def test_solves_in_one_process_and_in_another_are_equal_bit_by_bit_in_poisoned_memory(filling, capsys):
     """MALLOC_PERTURB_ lets the C library fill what it lends and what it takes back (glibc; elsewhere it is ignored)."""
-    call = "from tests.test_same_twice import many_solves; many_solves(6)"
-    printed = [
-        subprocess.run(
-            [sys.executable, "-c", call],
-            cwd=Path(__file__).parents[1],
-            env={**os.environ, "MALLOC_PERTURB_": filling},
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout
-        for filling in ("1", "128")  # large negative numbers, large positive ones
-    ]
-    assert printed[0] == printed[1]
-    assert [line.split()[2] for line in printed[0].splitlines()] == ["1", "1"], printed[0]
+    many_solves(2)
+    own = capsys.readouterr().out
+    done = subprocess.run(
+        [sys.executable, "-c", "from tests.test_same_twice import many_solves; many_solves(6)"],
+        cwd=Path(__file__).parents[1],
+        env={**os.environ, "MALLOC_PERTURB_": filling},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == own
+    assert [line.split()[2] for line in own.splitlines()] == ["1", "1"], own
