@@ -44,7 +44,6 @@ from .sampling import (
     other_dimensions,
     sample_dimension,
     samples,
-    standard_deviation,
 )
 
 #: Below this number of samples a normal or log-normal distribution is assumed.
@@ -277,8 +276,16 @@ def _std(values: np.ndarray, weights: np.ndarray | None) -> Any:
     """Return the standard deviation along the last axis with n − 1; with weights, n is Kish's effective number."""
     if weights is None:
         return np.std(values, axis=-1, ddof=1)
-    array = xr.DataArray(values)
-    return standard_deviation(array, array.dims[-1], xr.DataArray(weights)).values
+    effective = weights.sum(axis=-1) ** 2 / (weights**2).sum(axis=-1)
+    total = _weighted_sum(np.ones_like(values), weights)
+    mean = _weighted_sum(values, weights) / total
+    variance = _weighted_sum((values - mean[..., None]) ** 2, weights) / total
+    return np.sqrt(variance) * np.sqrt(effective / np.maximum(effective - 1, 1e-12))
+
+
+def _weighted_sum(values: np.ndarray, weights: np.ndarray) -> Any:
+    """Return the weighted sum along the last axis, as xarray's weighted operations form it."""
+    return np.einsum("...a,...a->...", values, weights)
 
 
 def _effective_count(weights: np.ndarray | None, size: int) -> float:
