@@ -63,6 +63,7 @@ class State(NamedTuple):
 
 def landscape(r, s, s_slope):
     """Return the :class:`Landscape` of a separation s(r, θ), nm, and of its derivative, on radii from zero on."""
+    r = np.ascontiguousarray(r)  # another layout would be compiled once more
     spacing = r[1] - r[0]
     a = r[1:]
     harmonics = np.fft.rfft(s, axis=1)
