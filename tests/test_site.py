@@ -120,11 +120,13 @@ def test_the_page_names_all_materials():
 
 
 def _with_few_places(recipe: str) -> str:
-    """Return a recipe on a part of the scan and at few places, which takes seconds."""
+    """Return a recipe on a part of the scan, at few places and on coarse cells, which takes seconds."""
     part = 'open_sample("rough").isel(x=slice(0, 64), y=slice(0, 64))'
     if "lens" not in recipe:  # its contact needs all of the film, and takes a second
         recipe = recipe.replace('open_sample("rough")', part)
-    recipe = recipe.replace("extrapolated()", "extrapolated(subregions=(3, 2))")
+        recipe = re.sub(r"contact\.adhesive\((?![^)]*mesh)", "contact.adhesive(mesh=2, ", recipe)
+    recipe = recipe.replace("extrapolated()", "extrapolated(subregions=(3, 2), mesh=2, places=1)")
+    recipe = recipe.replace('run(scan, "long-run"', 'run(scan, "long-run", mesh=2')
     return recipe.replace("(8, 8)", "(2, 1)").replace("(4, 4)", "(2, 1)").replace("count=16", "count=2")
 
 

@@ -58,40 +58,30 @@ _REFUSED = """if True:
         print(json.dumps([status, printed.getvalue(), [name for name in slow if name in sys.modules]]))
 """
 
-#: Runs a command line, and prints its status and whether dask's package for clusters was imported.
-_RUN = """if True:
-    import sys
-    from roughxr.application.cli import main
-    print(main(sys.argv[1:]), "distributed" in sys.modules)
-"""
-
-#: Reaches all names of the public lists.
+#: Asserts that accessors are registered where xarray is imported last, and reaches all names of the public lists.
 _PUBLIC_NAMES = """if True:
-    import roughxr
+    import roughxr, xarray
+    assert xarray.Dataset().contact is not None and xarray.DataArray().contact is not None
     for name in ("archive", "figures", "measured", "particles", "report", "scans", "statistics"):
         names = getattr(roughxr, name)
         for each in names.__all__:
             getattr(names, each)
 """
 
-#: Prints the first line of progress of a run, and whether its solvers were imported by then.
-_FIRST_LINE = """if True:
-    import json, sys
+#: Prints the first line of progress of a run, whether its solvers were imported by then, its status, and whether dask's
+#: package for clusters was imported.
+_RUN = """if True:
+    import contextlib, io, json, sys
     from roughxr.application.cli import main
-    class Recorded:
+    class Recorded(io.StringIO):
         lines = []
         def write(self, text):
             self.lines.append([text, "numba" in sys.modules])
-        def writelines(self, texts):
-            for text in texts:
-                self.write(text)
-        def isatty(self):
-            return False
-        def flush(self):
-            pass
+            return len(text)
     sys.stderr = Recorded()
-    main(sys.argv[1:])
-    print(json.dumps(Recorded.lines[0]))
+    with contextlib.redirect_stdout(io.StringIO()):
+        status = main(sys.argv[1:])
+    print(json.dumps([*Recorded.lines[0], status, "distributed" in sys.modules]))
 """
 
 
@@ -122,19 +112,16 @@ def test_words_that_are_wrong_by_themselves_are_refused_before_slow_imports(fold
     assert sorted(path.name for path in folder.iterdir()) == ["notes.md", "scan.nc"]
 
 
-@pytest.mark.door
-def test_a_run_prints_a_line_before_its_solvers_are_imported(folder):
-    ((line, is_loaded),) = python(_FIRST_LINE, "run", "scan.nc", *GLASS, folder=folder)
-    assert line == "loading the package\n" and not is_loaded
-
-
-def test_each_public_name_is_reached_in_a_fresh_process():
+def test_accessors_are_registered_and_each_public_name_is_reached_in_a_fresh_process():
+    """Where xarray is first: `test_import_takes_little_more_than_that_of_xarray_and_registers_the_accessors`."""
     subprocess.run([sys.executable, "-c", _PUBLIC_NAMES], check=True)
 
 
-def test_a_run_on_this_machine_imports_nothing_of_clusters(tmp_path):
+@pytest.mark.door
+def test_a_run_prints_a_line_before_its_solvers_are_imported_and_imports_nothing_of_clusters(tmp_path):
     made = self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
     arguments = ["run", str(to_netcdf(made, tmp_path / "scan.nc")), "--sphere-radius", "300", *ELASTIC]
-    arguments += ["--surface-energy", "0", "--subregions", "2", "1", "-o", str(tmp_path / "run")]
-    done = subprocess.run([sys.executable, "-c", _RUN, *arguments], check=True, capture_output=True, text=True)
-    assert done.stdout.splitlines()[-1] == "0 False"
+    arguments += ["--surface-energy", "0", "--subregions", "2", "1", "-o", str(tmp_path / "run.nc")]
+    ((line, is_loaded, status, has_clusters),) = python(_RUN, *arguments, folder=tmp_path)
+    assert line == "loading the package\n" and not is_loaded
+    assert status == 0 and not has_clusters
