@@ -8,6 +8,7 @@ import xarray as xr
 
 from roughxr import scans
 from roughxr.mechanics.bodies.pair import assign_pair
+from roughxr.mechanics.contact import refinement
 from roughxr.mechanics.contact.rigid.bodies import rigid
 from roughxr.mechanics.kernels.halfspace.separation import PROFILES
 
@@ -29,6 +30,16 @@ def bare_runs(*without):
         patch("roughxr.application.report.report_page._pictures", lambda run, figures: []),
         patch.dict(analysis.execute.__kwdefaults__, draw_figures=lambda run: iter(())),
         patch.object(analysis, "PARTS", parts),
+    ):
+        yield
+
+
+@contextmanager
+def unpressed():
+    """Solve no sphere once more after it was pressed as hard as it holds, which takes as long as the pull-off."""
+    with (
+        patch.object(refinement, "_presses_once", lambda adhesion: False),
+        patch.object(refinement, "_pressed_pull_offs", lambda place, problem, adhesion, cycles: cycles.pull_offs),
     ):
         yield
 

@@ -18,13 +18,19 @@ from roughxr.mechanics.studies.uncertainty_budget import budget_of, error_budget
 from roughxr.mechanics.vocabulary import numbers
 from roughxr.mechanics.vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, THIN, UNKNOWN_RANGE
 
-from .surfaces import as_measured
+from .surfaces import as_measured, unpressed
 from .verb_calls import unlabelled
 
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 
 QUICK = {"law": "exponential", "mesh": roughxr.Mesh(1, step=0.8)}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _unpressed():
+    with unpressed():
+        yield
 
 
 def pair(heights, radius, work, pixel=10.0):

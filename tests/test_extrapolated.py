@@ -26,13 +26,20 @@ from roughxr.mechanics.studies.finer_scan import second_scan
 from roughxr.mechanics.vocabulary.error_sources import SECOND_SCAN_NOISE, UNSEEN
 from roughxr.scans import ImplausibleScan
 
-from .surfaces import as_measured
+from .surfaces import as_measured, unpressed
 
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = [
     pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities"),
     pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact"),
 ]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _unpressed():
+    with unpressed():
+        yield
+
 
 PAIR = {"sphere_radius": 300, "materials": "glass"}
 QUICK = {"subregions": (3, 3), "mesh": 2, "places": 1}

@@ -14,12 +14,19 @@ from roughxr.mechanics.studies.assumptions import pair_factors
 
 from . import bonded_layer
 from .contact_conditions import certificate_of_fields
+from .surfaces import unpressed
 
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 
 #: Glass pressed on silica on silicon: of two bodies the scan's is the second.
 OXIDE = {"sphere_radius": 500, "materials": "glass/silicon", "layer": Layer("20 nm", "silica")}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _unpressed():
+    with unpressed():
+        yield
 
 
 @pytest.fixture(scope="module")

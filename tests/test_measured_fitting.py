@@ -14,10 +14,17 @@ from roughxr.mechanics.statistics.sampling import Samples
 from roughxr.mechanics.studies import fitting
 from roughxr.mechanics.studies.likelihood import Predicted, fit_mean
 
-from .surfaces import glass_pair, rough, scan
+from .surfaces import glass_pair, rough, scan, unpressed
 
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _unpressed():
+    with unpressed():
+        yield
+
 
 TRUE = 0.3
 QUICK = {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential"}

@@ -29,15 +29,9 @@ def rough(seed=1, **pair):
     return made.contact.assign_pair(**({"sphere_radius": 2000, "contact_modulus": 0.3, "work_of_adhesion": 0.1} | pair))
 
 
-def press_no_sphere(monkeypatch):
-    """Let no sphere be solved once more after it was pressed, where only its settling matters."""
-    monkeypatch.setattr(refinement, "_presses_once", lambda adhesion: False)
-    monkeypatch.setattr(refinement, "_pressed_pull_offs", lambda place, problem, adhesion, cycles: cycles.pull_offs)
-
-
-def test_a_soft_body_settles_beyond_its_first_summit(monkeypatch):
+@surfaces.unpressed()
+def test_a_soft_body_settles_beyond_its_first_summit():
     """Without a preload it pulls off as after one; with contacts alone it pulled 7 times less."""
-    press_no_sphere(monkeypatch)
     place = {"subregions": ([840.0], [840.0]), "law": "jkr"}
     solution = rough().contact.adhesive(mesh=roughxr.Mesh(2, step=0.5), **place)
     pressed = rough().contact.adhesive(mesh=roughxr.Mesh(2, None, 0.5), preload=20.0, **place)
@@ -60,7 +54,7 @@ def test_a_sphere_that_attraction_leaves_on_its_first_summit_has_a_range(monkeyp
 
 @pytest.mark.filterwarnings("ignore:.*contacts with a radius below:UserWarning")
 @pytest.mark.filterwarnings("ignore:1 of 1 subregions have a range:UserWarning")  # by the exponential law, too
-def test_a_pull_off_that_depends_on_pressing_is_a_range_with_its_reason(monkeypatch):
+def test_a_pull_off_that_depends_on_pressing_is_a_range_with_its_reason():
     """The exponential law leaves this sphere on its first summit by a short range, and not by a longer one.
 
     Pressed as hard as it holds on one summit, the sphere holds eight times more, and no more when pressed once again.
@@ -74,10 +68,10 @@ def test_a_pull_off_that_depends_on_pressing_is_a_range_with_its_reason(monkeypa
     high = float(settled.pressed_pull_off_force[0])
     error = float(settled.pull_off_error[0])
     summits = []
-    press_no_sphere(monkeypatch)
     for cells, length in ((8, 0.92), (2, 1.83)):
         ranged = ds.assign_coords(adhesion_range=length)
-        solved = ranged.contact.adhesive(law="exponential", mesh=roughxr.Mesh(cells, None, 0.5), **place)
+        with surfaces.unpressed():
+            solved = ranged.contact.adhesive(law="exponential", mesh=roughxr.Mesh(cells, None, 0.5), **place)
         summits.append(float(solved.pull_off_force[0]))
     assert error <= 0.5 and high > 8 * low
     assert summits == [pytest.approx(low, rel=error), pytest.approx(high, rel=error)]
@@ -105,9 +99,9 @@ def soft_place(seed, x, y, *, rms, modulus, work, law):
     return made.contact.assign_pair(**pair), {"subregions": ([x], [y]), "law": law}
 
 
-def test_without_range_more_than_the_last_change_by_the_mesh_is_stated(monkeypatch):
+@surfaces.unpressed()
+def test_without_range_more_than_the_last_change_by_the_mesh_is_stated():
     """Cells of half the side change this pull-off by 4 %, the last mesh, its mesh error, by 2 % only."""
-    press_no_sphere(monkeypatch)
     ds, place = soft_place(12, 160.0, 1120.0, rms=12, modulus=0.3, work=0.1, law="jkr")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*heights between the pixels")
@@ -120,9 +114,9 @@ def test_without_range_more_than_the_last_change_by_the_mesh_is_stated(monkeypat
 
 @pytest.mark.filterwarnings("ignore:.*heights between the pixels:UserWarning")
 @pytest.mark.filterwarnings("ignore:these bodies are soft:UserWarning")
-def test_a_law_that_only_the_finest_cells_can_show_has_a_stated_error(monkeypatch):
+@surfaces.unpressed()
+def test_a_law_that_only_the_finest_cells_can_show_has_a_stated_error():
     """Its change from cells twice as large, on which it pulls more; there is no finer mesh to compare with."""
-    press_no_sphere(monkeypatch)
     ds, place = soft_place(21, 160.0, 1760.0, rms=6, modulus=1.0, work=0.05, law="exponential")
     solution = ds.contact.adhesive(**place)
     coarse = ds.contact.adhesive(mesh=roughxr.Mesh(8, None), **place)
