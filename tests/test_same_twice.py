@@ -75,7 +75,7 @@ def hash_of(results):
 def test_solves_in_one_process_and_in_another_are_equal_bit_by_bit_in_poisoned_memory(filling, capsys):
     """MALLOC_PERTURB_ lets the C library fill what it lends and what it takes back (glibc; elsewhere it is ignored)."""
     many_solves(2)
-    own = capsys.readouterr().out
+    printed = capsys.readouterr().out
     done = subprocess.run(
         [sys.executable, "-c", "from tests.test_same_twice import many_solves; many_solves(6)"],
         cwd=Path(__file__).parents[1],
@@ -84,5 +84,5 @@ def test_solves_in_one_process_and_in_another_are_equal_bit_by_bit_in_poisoned_m
         text=True,
         check=True,
     )
-    assert done.stdout == own
-    assert [line.split()[2] for line in own.splitlines()] == ["1", "1"], own
+    assert done.stdout == printed
+    assert [line.split()[2] for line in printed.splitlines()] == ["1", "1"], printed
