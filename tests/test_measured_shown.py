@@ -141,8 +141,9 @@ def test_a_picture_shows_the_best_estimate_of_its_sentence():
     estimate = xr.Dataset({"pull_off_mean": 8.0, "pull_off_low": 2.0, "pull_off_high": 30.0})
     compared = roughxr.compare(*made, extrapolation=estimate, resamples=20)
     distributions, quantiles = roughxr.figures.predicted_and_measured(*made, comparison=compared)
-    best = next(line for line in distributions.lines if str(line.get_label()).startswith("best estimate"))
-    assert best.get_xdata() == [8.0]
+    best = next(bars for bars in distributions.containers if str(bars.get_label()).startswith("best estimate"))
+    mean, _, _ = best.lines
+    assert mean.get_xdata() == [8.0]
     line = next(line for line in quantiles.lines if line.get_label() == "equal to the best estimate")
     assert line.get_ydata()[1] / line.get_xdata()[1] == pytest.approx(8 / forces.mean())
 

@@ -111,7 +111,7 @@ def _print_runs(criticals: Mapping[str, xr.Dataset], titles: Mapping[str, str], 
     print(table.to_string())
     if options.picture:
         axes = removed_share(criticals, ax=Figure(figsize=(4.2, 3.2), layout="constrained").subplots())
-        axes.set_title(title, fontsize=SMALL)
+        axes.figure.suptitle(title, fontsize=SMALL)
         save_picture(axes.figure, options.picture)
 
 

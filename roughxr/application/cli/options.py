@@ -88,14 +88,6 @@ _AIR = (
 BODIES, AIR = ([flag.removeprefix("--").replace("-", "_") for flag, *_ in rows] for rows in (_BODIES, _AIR))
 
 
-#: What is expected of a value, by its type.
-_NUMBERS = {
-    float: "a number without a unit",
-    share: "a number without a unit, or per cent as 90%",
-    int: "a whole number",
-}
-
-
 class Parser(argparse.ArgumentParser):
     """A parser whose options may also stand in a file, ``--config``; it names the option nearest to a misspelt one."""
 
@@ -152,17 +144,6 @@ class Parser(argparse.ArgumentParser):
                 raise
             names = action.metavar if isinstance(action.metavar, tuple) else (action.metavar,) * action.nargs
             raise argparse.ArgumentError(action, f"{error.message}, {' '.join(map(str, names))}") from error
-
-    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
-        """Convert a value as argparse does; name what is expected of a number."""
-        convert: Any = action.type
-        if convert not in _NUMBERS:
-            return super()._get_value(action, arg_string)  # type: ignore[misc]
-        try:
-            return convert(arg_string)
-        except ValueError as error:
-            expected = f"expected {_NUMBERS[convert]}, found {arg_string!r}"
-            raise argparse.ArgumentError(action, expected) from error
 
     def error(self, message: str) -> Any:
         """Print one line, and end."""
@@ -267,7 +248,7 @@ def _run(commands: Any) -> None:
     help = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
     _add(command, ("--scheduler", "NAME", help))
     help = f"number of places for each entry of the error budget; 0: no error budget; {_DEFAULT}"
-    options += _add(command, ("--budget", "PLACES", help), type=int, default=8)
+    options += _add(command, ("--budget", "PLACES", help), type=_count, default=8)
     _flag(command, "-q --quiet", _QUIET)
     config.add_options(command, options)
 
@@ -276,6 +257,12 @@ def _cells(text: str) -> int | str:
     if text not in ("auto", "front") and not text.isdecimal():
         raise argparse.ArgumentTypeError(f"expected auto, front or a number of cells, found {text!r}")
     return int(text) if text.isdecimal() else text
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected a whole number, found {text!r}")
+    return int(text)
 
 
 def _counts(text: str) -> tuple[int, ...]:

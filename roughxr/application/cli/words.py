@@ -7,7 +7,7 @@ import glob
 import os
 import shlex
 import sys
-from argparse import Namespace
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Mapping
 from typing import Any, TextIO
 
@@ -153,7 +153,11 @@ def number(text: str) -> float | str:
 
 def share(text: str) -> float:
     """Return a number that may be stated in per cent, as an option of `argparse`."""
-    return float(text.removesuffix("%")) / 100 if text.endswith("%") else float(text)
+    try:
+        return float(text.removesuffix("%")) / 100 if text.endswith("%") else float(text)
+    except ValueError as error:
+        expected = "a number without a unit, or per cent as 90%"
+        raise ArgumentTypeError(f"expected {expected}, found {text!r}") from error
 
 
 def numbers(value: Any) -> Any:

@@ -113,17 +113,18 @@ def _draw_field(ax, contact: xr.Dataset, name: str, scan: xr.Dataset | None):
 
 def _show_contact(ax, contact: xr.Dataset, extent: tuple[float, float, float, float]):
     """Limit the Axes to a square 1.2 times as wide as the contact, within the data; all of them without contact."""
-    inside = contact["pressure"].notnull()
-    if not bool(inside.any()):
+    cells = np.nonzero(contact["pressure"].notnull().values)
+    if not cells[0].size:
         return
-    ends = [[float(getattr(contact[axis].where(inside), end)()) for end in ("min", "max")] for axis in ("x", "y")]
+    x = contact["x"].values[cells[0]]
+    y = contact["y"].values[cells[1]]
+    cell = (extent[1] - extent[0]) / contact.sizes["x"]
     # least width of the drawn square, in cells
-    half = 0.6 * max(max(high - low for low, high in ends), 12 * (extent[1] - extent[0]) / inside.sizes["x"])
-    limits = []
-    for (low, high), first, last in zip(ends, extent[::2], extent[1::2]):
-        middle = 0.5 * (low + high)
-        limits.append((max(middle - half, first), min(middle + half, last)))
-    ax.set(xlim=limits[0], ylim=limits[1])
+    half = 0.6 * max(np.ptp(x), np.ptp(y), 12 * cell)
+    middle_x = 0.5 * (x.min() + x.max())
+    middle_y = 0.5 * (y.min() + y.max())
+    ax.set_xlim(np.clip([middle_x - half, middle_x + half], *extent[:2]))
+    ax.set_ylim(np.clip([middle_y - half, middle_y + half], *extent[2:]))
 
 
 def _contact(ds: xr.Dataset, subregion: int | None, delta: Quantity | None) -> xr.Dataset:

@@ -85,27 +85,17 @@ def _draw_curve(ax, curve: xr.Dataset, result: xr.Dataset) -> None:
         line = float(result["baseline_offset"]) + float(result["baseline_tilt"]) * (z - contact)
         ax.plot(z, line, color=BLACK, linewidth=0.8, label="baseline")
         limit = float(result["pull_off_at_most"])
+        depth = limit
         if np.isfinite(limit):
             ax.plot(z, line - limit, color=BLUE, linewidth=0.8, linestyle=DASHED, label=f"limit {limit:.2g} nN")
         pull = float(result["pull_off_force"])
         if np.isfinite(pull):
-            error = 2 * float(result["pull_off_standard_error"])
-            before = np.where(z < contact, force - line, np.inf)
-            lowest = int(np.nanargmin(np.where(np.isfinite(before), before, np.inf)))
-            ax.errorbar(
-                z[lowest],
-                line[lowest] - pull,
-                error,
-                color=BLUE,
-                marker="o",
-                markersize=3.0,
-                capsize=2.0,
-                linestyle="none",
-                label=f"pull-off {pull:.3g} ± {error:.2g} nN",
-            )
             depth = max(pull, 1e-12)
-        else:
-            depth = limit if np.isfinite(limit) else np.nan
+            error = 2 * float(result["pull_off_standard_error"])
+            lowest = int(np.nanargmin(np.where(z < contact, force - line, np.nan)))
+            style = {"color": BLUE, "fmt": "o", "markersize": 3.0, "capsize": 2.0}
+            label = f"pull-off {pull:.3g} ± {error:.2g} nN"
+            ax.errorbar(z[lowest], line[lowest] - pull, error, label=label, **style)
         if np.isfinite(depth):  # the contact is cut off where it would hide the pull
             low = np.nanmin(force)
             ax.set_ylim(low - 0.5 * depth, max(np.nanmedian(force), np.nanmax(line)) + 2.0 * depth)

@@ -200,16 +200,15 @@ def _facts(table: xr.Dataset) -> list[dict[str, Any]]:
 
 def _scan(scan: xr.Dataset) -> dict[str, Any]:
     """Return the scan as an image, x to the right and y upwards, with its edges and its colour scale, nm."""
-    from PIL import Image
+    from matplotlib.image import imsave
 
     height = scan["height"].transpose("x", "y")
     blocks = {axis: -(-n // _SCAN_PIXELS) for axis, n in height.sizes.items()}
     heights = height.coarsen(blocks, boundary="pad").mean().values
     finite = heights[np.isfinite(heights)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
-    colours = colour_map("mako")((heights - low) / ((high - low) or 1.0))
     file = io.BytesIO()
-    Image.fromarray((colours * 255).round().astype(np.uint8).transpose(1, 0, 2)[::-1]).save(file, "PNG")
+    imsave(file, heights.T, vmin=low, vmax=high, cmap=colour_map("mako"), origin="lower", format="png")
     return {"picture": as_uri(file.getvalue()), "box": extent(scan), "low": low, "high": high}
 
 

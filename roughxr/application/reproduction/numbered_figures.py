@@ -94,8 +94,9 @@ def _asperity(run: Run, x: str, y: str):
     units = reference.jkr_paraboloid([0.0], **sphere, work_of_adhesion=pair.work)
     delta = float(units["unit_delta"]) * np.linspace(0, 1.675, 401) ** 2 + units.attrs["branch_end"]
     branches = reference.jkr_paraboloid(delta, **sphere, work_of_adhesion=pair.work)[["force", "semi_axis_a"]]
-    unstable = branches.sel(branch="unstable", delta=delta[::-1])
-    curve = xr.concat([unstable, branches.sel(branch="stable")], "delta").dropna("delta")
+    stable, unstable = (branches.sel(branch=name, drop=True) for name in ("stable", "unstable"))
+    path = [unstable.isel(delta=slice(None, None, -1)), stable]
+    curve = xr.concat(path, "delta", coords="minimal", compat="override").dropna("delta")
     contacts = (curve, reference.hertz(delta[delta > 0], **sphere))
     jkr, hertz = (
         {name: (contact[variable] / units[unit]).values for name, (variable, unit, _) in _IN_UNITS.items()}
