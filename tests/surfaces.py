@@ -10,14 +10,6 @@ from roughxr import scans
 from roughxr.mechanics.bodies.pair import assign_pair
 from roughxr.mechanics.contact import refinement
 from roughxr.mechanics.contact.rigid.bodies import rigid
-from roughxr.mechanics.kernels.halfspace.separation import PROFILES
-
-
-@contextmanager
-def paraboloids():
-    """Replace the sphere by Hertz's paraboloid, for which the closed forms are exact."""
-    with patch.dict(PROFILES, sphere=PROFILES["parabola"]):
-        yield
 
 
 @contextmanager

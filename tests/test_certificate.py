@@ -176,7 +176,7 @@ def test_numbers_that_are_none_do_not_pass_for_a_solution():
     displacement_control.describe(row, lost, 1.0 - gap, np.inf, np.inf)
     assert row[half_space.STATUS] != half_space.CONVERGED and np.isnan(row[displacement_control.RESIDUAL])
     law = smooth_law(exponential=(WORK * PIXEL / MODULUS, RANGE))
-    solver = smooth_states.Solver(gap, law, np.inf, np.inf, False)
+    solver = smooth_states.Solver(gap, law, np.inf, np.inf)
     nothing = solver.without_traction(1.0, np.zeros(gap.shape))
     spoiled = nothing._replace(state=nothing.state._replace(pressure=nothing.state.pressure * np.nan))
     assert solver.solve(1.0, nothing).converged and not solver.solve(1.0, spoiled).converged

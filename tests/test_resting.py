@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import roughxr
 from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
 from roughxr.mechanics.contact.adhesion import adhesive_and_moments
-from roughxr.mechanics.kernels.halfspace.separation import SPHERE, profile_radius
+from roughxr.mechanics.kernels.halfspace.separation import distance_at_height
 from roughxr.mechanics.kernels.topography import dilation
 from roughxr.mechanics.kernels.topography.interpolation import band_limited
 from roughxr.mechanics.particles.resting_places import resettled, resting
@@ -223,7 +223,7 @@ def _patches(surface, radius):
     """Return what a sphere may touch of a scan of 10 nm pixels, on cells of half a pixel."""
     z = band_limited(surface.height.values, 2)
     axes = [(axis.values[:, None] + [-2.5, 2.5]).ravel() for axis in (surface.x, surface.y)]
-    reach = profile_radius(np.ptp(z), radius, SPHERE)
+    reach = distance_at_height(np.ptp(z), radius)
     return dilation.patches(z, *axes, (5.0, 5.0), radius, reach), dilation.Ball(radius, 2.5, 2.5)
 
 

@@ -81,7 +81,7 @@ def test_what_lies_beyond_nothing_is_all_of_the_sphere(law, length):
     attraction = potentials.potential(law, 0.1, length)
     gaps = np.array([0.2, 1.0, 30.0])
     for rectangle in ((1e-9,) * 4, (40.0, 90.0, 55.0, 20.0)):
-        beyond = kernels.force_outside(gaps, attraction, 700.0, False, rectangle)
+        beyond = kernels.force_outside(gaps, attraction, 700.0, rectangle)
         x, y = (fine(low, high) for low, high in (rectangle[:2], rectangle[2:]))
         rise = _rise(x[0][:, None] ** 2 + y[0] ** 2, 700.0)
         inside = [float(x[1] @ tractions(gap + rise, attraction) @ y[1]) for gap in gaps]

@@ -13,7 +13,7 @@ from roughxr.mechanics.contact.adhesion import adhesive_and_moments
 from roughxr.mechanics.kernels.asperity import jkr, maugis
 from roughxr.mechanics.kernels.topography import interpolation
 
-from .surfaces import glass_pair, paraboloids, rough, scan
+from .surfaces import glass_pair, rough, scan
 from .test_identities import places
 from .verb_calls import surface
 
@@ -42,9 +42,8 @@ def ground(x, y, *, height=0.0, w=0.1, modulus=39.4):
 
 
 def at_origin(catalogue, **options):
-    """Roll Hertz's paraboloid, for which the closed forms hold."""
-    with paraboloids():
-        return roughxr.rolling(catalogue, subregions=([0.0], [0.0]), **options).isel(subregion=0)
+    """Roll a sphere off asperities about its axis."""
+    return roughxr.rolling(catalogue, subregions=([0.0], [0.0]), **options).isel(subregion=0)
 
 
 def units(w=0.1, modulus=39.4):

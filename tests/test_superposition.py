@@ -14,7 +14,7 @@ from roughxr.mechanics.bodies.pair import contact_modulus
 from roughxr.mechanics.contact.elastic import direct
 from roughxr.mechanics.kernels.asperity.ellipse import axis_ratio, elliptic_integrals
 
-from .surfaces import glass_pair, paraboloids, rough, scan
+from .surfaces import glass_pair, rough, scan
 
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
@@ -27,12 +27,6 @@ R = 3000.0
 @pytest.fixture(scope="module")
 def surface():
     return glass_pair(scan(rough(96, rms=1.5, seed=11)))
-
-
-@pytest.fixture
-def under_a_paraboloid():
-    with paraboloids():
-        yield
 
 
 def one_asperity(curvature_x, curvature_y, height=10.0, at=(0.0, 0.0)):
@@ -176,7 +170,7 @@ def with_contacts(count, *, apart, curvatures=(0.004, 0.004), orientation=0.0, a
 
 
 @pytest.mark.parametrize("law", ["hertz", "jkr"])
-def test_contacts_overlap_where_their_radii_add_up_to_the_distance(law, under_a_paraboloid):
+def test_contacts_overlap_where_their_radii_add_up_to_the_distance(law):
     """Two of R = 250 nm, 40 nm apart: neither reaches the other's middle when they meet, at a = 20 nm."""
     deltas = np.linspace(-1, 4, 501)
     single = with_contacts(1, apart=40.0)
@@ -189,7 +183,7 @@ def test_contacts_overlap_where_their_radii_add_up_to_the_distance(law, under_a_
     np.testing.assert_array_equal(overlapping, expected)
 
 
-def test_ellipses_overlap_by_the_radii_that_face_each_other(under_a_paraboloid):
+def test_ellipses_overlap_by_the_radii_that_face_each_other():
     """B/A = 9: end to end they meet long before side by side; any turn of all together changes nothing."""
     deltas = np.linspace(0.01, 6, 300)
 

@@ -12,7 +12,7 @@ import xarray as xr
 from .bodies.pair import indenter_map
 from .bodies.pair_record import Pair, read_pair
 from .jobs.spread import is_lazy
-from .kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
+from .kernels.halfspace.separation import map_separation, sphere_separation
 from .kernels.topography import peaks
 from .scans import regions, wavelength
 from .scans.editing import on_square_pixels
@@ -27,19 +27,13 @@ class Indenter(NamedTuple):
     """The body pressed into the surface: a sphere or a height map."""
 
     radius: float  # nm, NaN for a map
-    profile: int
     map: tuple[np.ndarray, np.ndarray, np.ndarray] | None  # x, y from the contact centre and height, nm
 
     def separation(self, height: np.ndarray, datum: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the undeformed separation, nm, at x, y (nm) from the contact centre; inf beyond the indenter."""
         if self.map is None:
-            return sphere_separation(height, datum, x, y, self.radius, self.profile)
+            return sphere_separation(height, datum, x, y, self.radius)
         return map_separation(height, datum, x, y, *self.map)
-
-    @property
-    def parabola(self) -> bool:
-        """Whether the indenter is Hertz's paraboloid (in tests)."""
-        return self.profile == PARABOLA
 
     @property
     def mean_radius(self) -> float:
@@ -102,9 +96,9 @@ class Specimen:
         """The assigned sphere or map."""
         height_map = indenter_map(self.bodies)
         if height_map:
-            return Indenter(np.nan, PROFILES["sphere"], height_map)
+            return Indenter(np.nan, height_map)
         self.pair.need("sphere_radius")
-        return Indenter(self.pair.sphere_radius, PROFILES["sphere"], None)
+        return Indenter(self.pair.sphere_radius, None)
 
     @cached_property
     def shortest_wavelength(self) -> float:
@@ -122,7 +116,7 @@ def need_wide_scan(heights: np.ndarray, sides: tuple[float, float], radius: floa
     That is where its cap over the whole scan is lower than the standard deviation of the heights. A single bump, and
     summits within edges below the mean height, are no part of a larger surface.
     """
-    width = 2 * Indenter(radius, PROFILES["sphere"], None).half_width(float(heights.std()))
+    width = 2 * Indenter(radius, None).half_width(float(heights.std()))
     shown = min(sides)
     edges = heights[0], heights[-1], heights[:, 0], heights[:, -1]
     if max(edge.max() for edge in edges) <= heights.mean():

@@ -228,7 +228,7 @@ def show_speed_up(name, run, repeat):
 
 def bare_kernels(scan):
     """Return the same job as a loop over kernels on windows cut beforehand."""
-    from roughxr.mechanics.kernels.halfspace.separation import SPHERE, sphere_separation
+    from roughxr.mechanics.kernels.halfspace.separation import sphere_separation
     from roughxr.mechanics.scans import regions
 
     z = scan.height.values
@@ -243,7 +243,7 @@ def bare_kernels(scan):
 
     def run():
         for part, x, y in cut:
-            kalker.sweep(sphere_separation(part, z.max(), x, y, RADIUS, SPHERE), DELTAS, dx, MODULUS)
+            kalker.sweep(sphere_separation(part, z.max(), x, y, RADIUS), DELTAS, dx, MODULUS)
 
     return run
 

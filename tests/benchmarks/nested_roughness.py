@@ -50,7 +50,7 @@ def extrapolated_spectrum(measured):
     q, psd = (measured[name].values for name in ("wavevector", "psd"))
     modes = measured["psd_modes"].values / REPEATED if "psd_modes" in measured else np.ones(q.size)
     fitted = q >= q[-1] / (FIT_BAND * (1 - 1e-9))
-    model, spread, _ = fit_k_correlation(q[fitted], psd[fitted], modes[fitted])
+    model, spread = fit_k_correlation(q[fitted], psd[fitted], modes[fitted])
     steeper = np.sqrt(max(spread[0, 0] + spread[1, 1] - 2 * spread[0, 1], 0.0)) / (2 * np.log(8))
     return Spectrum(np.log(q), np.log(psd), *model.tolist(), float(np.sqrt(spread[0, 0])), float(steeper))
 

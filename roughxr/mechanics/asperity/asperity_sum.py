@@ -15,7 +15,6 @@ from ..kernels.asperity import contact_sums as sums
 from ..kernels.asperity import pull_off_search
 from ..kernels.asperity.asperity_laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperities_scales, subset
 from ..kernels.asperity.asperity_laws import law as kernel_law
-from ..kernels.halfspace.separation import PROFILES
 from ..scans import regions
 from ..specimen import need_wide_scan
 from ..vocabulary import schema
@@ -44,7 +43,6 @@ class SumOptions(NamedTuple):
     adhesion_range: float  # nm: z₀, or NaN for a law without range
     adheres: bool
     composite: bool
-    profile: int
     radius: float
     contact_modulus: float
     work_of_adhesion: float
@@ -81,7 +79,6 @@ def read_options(
         adhesion_range=length if row.has_range else np.nan,
         adheres=row.adheres,
         composite=formulation != "published",
-        profile=PROFILES["sphere"],
         radius=pair.sphere_radius,
         contact_modulus=pair.contact_modulus,
         work_of_adhesion=pair.work if row.adheres else 0.0,
@@ -172,7 +169,7 @@ def plain_asperities(catalogue: xr.Dataset, options: SumOptions) -> Asperities:
     field = sums.Field(x, y, depth, orientation, at_edge, _nearest_neighbours(x, y), subset(scales, peaks))
     grid = None
     if options.adheres:
-        grid = pull_off_search.build_grid(field, law, options.radius, options.profile)
+        grid = pull_off_search.build_grid(field, law, options.radius)
     return Asperities(field, float(catalogue["patch_radius"]), int((~peaks).sum()), grid)
 
 
@@ -196,7 +193,7 @@ def exact_pull_offs(
     x: np.ndarray, y: np.ndarray, grid: pull_off_search.AsperityGrid, options: SumOptions
 ) -> np.ndarray:
     """Return the exact pull-off at each centre, records of ``PULL_OFF``; NaN without adhesion."""
-    results = pull_off_search.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
+    results = pull_off_search.pull_offs(x, y, grid, options.kernel_law().spline, options.radius)
     force = -results[:, pull_off_search.FORCE]
     delta = results[:, pull_off_search.DELTA]
     records = np.zeros(x.size, PULL_OFF)

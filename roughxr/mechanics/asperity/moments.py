@@ -236,7 +236,7 @@ def _roll(x: float, y: float, prepared: Asperities, options: SumOptions, layout:
         pull = exact_pull_offs(np.array([x]), np.array([y]), prepared.grid, options)[0]
         record["pull_off_force"] = pull["pull_off_force"]
         record["pull_off_delta"] = pull["pull_off_delta"]
-    offset = sums.offsets(field, x, y, options.radius, options.profile)
+    offset = sums.offsets(field, x, y, options.radius)
     spline = options.kernel_law().spline
     near, rest = _displacement_at_rest(field, offset, float(record["pull_off_delta"]), load, spline)
     record["converged"] = not np.isinf(rest)
@@ -389,15 +389,7 @@ def _place_moments(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     """Return the record of one place of a solution."""
     fields = ds.transpose("delta", "x", "y", ...)
     pressure = fields["pressure"].values
-    gap = fields["gap"].values
-    if ds.attrs.get("method") == "rigid":
-        length = next(ds.attrs[name] for name in ("closest_approach", "adhesion_range") if name in ds.attrs)
-        touching = gap <= _RIGID_GAP * length
-    else:
-        side = float(ds["x"][1] - ds["x"][0])
-        pair = read_pair(ds, "contact_modulus", "work_of_adhesion")
-        opening = edge_opening(ds.attrs["law"], pair.solid_work, pair.contact_modulus, side)
-        touching = touching_cells(gap, pressure, side, opening)
+    touching = _touching_in_solution(ds, fields["gap"].values, pressure)
     x, y = (ds[axis].values + float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
     cell = float(x[1] - x[0]) * float(y[1] - y[0])
     area = ds["contact_area"].values if "contact_area" in ds else touching.sum(axis=(1, 2)) * cell
@@ -412,6 +404,17 @@ def _place_moments(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     footprints = [footprint(*fields, x, y, side, angles) for fields in zip(push, touching)]
     states = States(footprints, force, area, refine)
     return moments_of_states(states, layout, load, converged=bool(np.all(converged(ds))), **known)
+
+
+def _touching_in_solution(ds: xr.Dataset, gap: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Return the cells in contact of the states of a solution."""
+    if ds.attrs.get("method") == "rigid":
+        length = next(ds.attrs[name] for name in ("closest_approach", "adhesion_range") if name in ds.attrs)
+        return gap <= _RIGID_GAP * length
+    side = float(ds["x"][1] - ds["x"][0])
+    pair = read_pair(ds, "contact_modulus", "work_of_adhesion")
+    opening = edge_opening(ds.attrs["law"], pair.solid_work, pair.contact_modulus, side)
+    return touching_cells(gap, pressure, side, opening)
 
 
 def moments_of_states(states: States, layout: Layout, load: float, **known: Any) -> np.ndarray:

@@ -192,7 +192,7 @@ def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np
     options = summands.options
     # number of displacements of a default sweep
     steps = 301
-    offsets = np.array([sums.offsets(field, x, y, options.radius, options.profile) for x, y in centres])
+    offsets = np.array([sums.offsets(field, x, y, options.radius) for x, y in centres])
     touches = offsets.min(axis=1, initial=np.inf)
     touches = touches[np.isfinite(touches)]  # of places where an asperity is below the sphere
     if touches.size == 0:
@@ -214,7 +214,7 @@ def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np
 def _superpose(x: float, y: float, prepared: Asperities, options: SumOptions, layout: Layout) -> np.ndarray:
     """Sum the asperities of one subregion at all displacements; a task."""
     field, patch_radius, excluded, grid = prepared
-    offset = sums.offsets(field, x, y, options.radius, options.profile)
+    offset = sums.offsets(field, x, y, options.radius)
     summed = sums.superpose(layout.axes["delta"], field, offset, patch_radius, options.kernel_law().spline)
     record = layout.blank()
     for name, values in zip(_STATES, summed):

@@ -41,7 +41,7 @@ class Adhesion(NamedTuple):
     liquid: Menisci | None = None  # condensed between the bodies; ``work`` is then that of the solids outside it
     first_cell: float = np.inf  # nm, of the coarsest mesh of "auto" with an accuracy, or without range
     presses: bool = False  # whether each pull-off is compared with that of a sphere pressed as hard as it holds
-    capture: float = 0.0  # nm, gap at which the pair's attraction snaps surfaces together; without range only
+    capture: float | None = None  # nm, gap at which the pair's attraction snaps surfaces together; without range only
     by_front: bool = False  # whether the edge is followed as that of one region, where that is valid
     on_cells: bool = True  # whether places are solved on cells, if not by their front
     directions: np.ndarray = NO_DIRECTIONS  # rad, of rolling, in which moments of the retraction's states are kept

@@ -51,7 +51,7 @@ def read_adhesion(specimen: Specimen, law: str, *, preloads, mesh: Mesh, cycles)
         accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
         step=step if mesh.step is None else mesh.step,
         first_cell=first_cell,
-        capture=0.0 if ADHESION_LAWS[law].has_range or not specimen.pair.solid_work > 0 else _capture(specimen),
+        capture=None if ADHESION_LAWS[law].has_range or not specimen.pair.solid_work > 0 else _capture(specimen),
         cycles=whole_number(cycles, "cycles", least=1),
         tabor=tabor,
         **pair_law(specimen.pair, law),

@@ -191,7 +191,6 @@ def _cycle(surface, problem, adhesion, law, options, preloads, residual_height) 
         cap=cap,
         limit=limit,
         residual_height=residual_height,
-        from_contact=adhesion.work > 0 and not ADHESION_LAWS[adhesion.law].has_range,
         capture=adhesion.capture,
         film=problem.film,
         **options,

@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..kernels.halfspace.separation import SPHERE, profile_radius
+from ..kernels.halfspace.separation import distance_at_height
 from ..kernels.topography import basins, dilation
 from ..kernels.topography.interpolation import band_limited
 from ..scans import regions
@@ -117,7 +117,7 @@ def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basin
     )
     pixel = float(x[1] - x[0]), float(y[1] - y[0])
     ball = dilation.Ball(radius, 0.5 * pixel[0], 0.5 * pixel[1])
-    reach = profile_radius(float(np.ptp(height)), radius, SPHERE)
+    reach = distance_at_height(float(np.ptp(height)), radius)
     patches = dilation.patches(height, x, y, pixel, radius, reach)
     z, bounds, lists = dilation.dilation(patches, x, y, ball)
     return z, basins.DilatedSurface(z.shape, (float(x[0]), float(y[0])), pixel, patches, bounds, lists, ball)

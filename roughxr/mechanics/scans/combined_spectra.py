@@ -133,7 +133,7 @@ def _usable_line(line: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray
     q = q[inside]
     psd = psd[inside]
     bounds = HURST[0] - 0.5, HURST[1] - 0.5
-    (_, rolloff, half), _, _ = fit_k_correlation(q, psd, np.ones(q.size), bounds=bounds)
+    (_, rolloff, half), _ = fit_k_correlation(q, psd, np.ones(q.size), bounds=bounds)
     hurst = half + 0.5
     surface = 2 * np.sqrt(np.pi) * gamma(1 + hurst) / gamma(0.5 + hurst) / np.hypot(q, 2 * np.pi / rolloff) * psd
     return q, surface, np.full(q.size, 2.0)

@@ -88,7 +88,7 @@ def _fitted(
         return dict.fromkeys(_NAMES, np.nan) | {"shortest_wavelength": shown}
     q, psd, modes = rings(parts.squares, steps)
     inside = (2 * np.pi / q >= shown) & (2 * np.pi / q <= _FIT_BAND * shown)
-    model, spread, _ = fit_k_correlation(q[inside], psd[inside], modes[inside] * parts.number, max(steps), hurst)
+    model, spread = fit_k_correlation(q[inside], psd[inside], modes[inside] * parts.number, max(steps), hurst)
     steeper = np.sqrt(max(spread[0, 0] + spread[1, 1] - 2 * spread[0, 1], 0.0)) / (2 * np.log(8))
     return dict(zip(_NAMES, [*model.tolist(), shown, float(np.sqrt(spread[0, 0])), float(steeper)]))
 

@@ -56,9 +56,7 @@ class _Setting(NamedTuple):
         o = self.options
         if indenter.map is not None:
             return np.zeros(deltas.size)
-        return kernels.force_outside(
-            self.mean_plane - deltas, o.law, indenter.radius, indenter.parabola, self.rectangle
-        )
+        return kernels.force_outside(self.mean_plane - deltas, o.law, indenter.radius, self.rectangle)
 
     def first_touch(self) -> float:
         """Return the displacement (nm below the datum) of first touch."""

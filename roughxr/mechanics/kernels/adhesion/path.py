@@ -62,8 +62,7 @@ def follow_path(
     cap=np.inf,
     limit=np.inf,
     residual_height=None,
-    from_contact=False,
-    capture=0.0,
+    capture=None,
     film=None,
     press=False,
 ):
@@ -96,11 +95,9 @@ def follow_path(
         Pressure, nm, above which the shares of force and area are reported.
     residual_height : (nx, ny) array, optional
         From earlier cycles, nm ≤ 0.
-    from_contact : bool
+    capture : float, optional
         The law represents one without range: it attracts cells in contact and within the opening of the edges, and
-        other cells only across gaps smaller than ``capture``.
-    capture : float
-        Gap (nm) at which a surface with the pair's range snaps in; 0 without any range.
+        other cells only across gaps smaller than this (nm), at which a surface with the pair's range snaps in.
     film : layered.Film, optional
         Film on the half space, its thickness in cells.
     press : bool
@@ -118,7 +115,7 @@ def follow_path(
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
         no_fields = np.zeros((0, *separation.shape))
         return [Path(np.zeros(0, STATE), 0, CELL_LIMIT, no_fields, [], no_fields) for _ in goals]
-    solver = Solver(separation, law, cap, limit, from_contact, capture, film)
+    solver = Solver(separation, law, cap, limit, capture, film)
     residual_height = np.zeros(separation.shape) if residual_height is None else residual_height
     loading = _Loading(solver, step, deltas, residual_height, fields=fields)
     paths = []

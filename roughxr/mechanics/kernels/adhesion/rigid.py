@@ -113,7 +113,7 @@ def smallest_gap(law):
     return 0.25 * law.length if law.closest is None else max(law.closest, 1e-12)
 
 
-def force_outside(gaps, law, radius, parabola, rectangle):
+def force_outside(gaps, law, radius, rectangle):
     """Return the attraction (nN) of a sphere to the mean plane outside a rectangle around its axis, less its back's.
 
     Parameters
@@ -123,22 +123,20 @@ def force_outside(gaps, law, radius, parabola, rectangle):
     law : Potential
     radius : float
         nm.
-    parabola : bool
-        Hertz's paraboloid in place of the sphere: it has no back.
     rectangle : (float, float, float, float)
         Distances from the axis to the sides: below and above along x, then along y, nm, all positive.
     """
     below_x, above_x, below_y, above_y = rectangle
     corners = [np.hypot(a, b) for a in (below_x, above_x) for b in (below_y, above_y)]
     marks = np.clip([*rectangle, *corners], 0.0, radius)
-    heights = marks**2 / (2 * radius) if parabola else marks**2 / (radius + np.sqrt(radius**2 - marks**2))
+    heights = marks**2 / (radius + np.sqrt(radius**2 - marks**2))
     edges = np.unique(np.append(heights, 2 * radius))
     forces = np.zeros(gaps.size)
     for k, gap in enumerate(np.maximum(gaps, smallest_gap(law) - edges[0])):
         crosses = edges[0] < law.filled - gap < edges[-1]
         S, weight = _nodes(np.sort(np.append(edges, law.filled - gap)) if crosses else edges, gap)
-        r = np.sqrt(2 * radius * S if parabola else np.maximum(S * (2 * radius - S), 0))
-        rings = np.full(S.size, radius) if parabola else radius - S
+        r = np.sqrt(np.maximum(S * (2 * radius - S), 0))
+        rings = radius - S
         share = np.where(rings > 0, 1 - _fraction_inside(r, rectangle), 1.0)
         forces[k] = 2 * np.pi * np.sum(weight * rings * share * tractions(gap + S, law))
     return forces

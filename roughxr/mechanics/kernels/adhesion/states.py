@@ -73,7 +73,7 @@ class SolvedState(NamedTuple):
 class Solver:
     """Solves the states of one body."""
 
-    def __init__(self, separation, law, cap, limit, from_contact, capture=0.0, film=None):
+    def __init__(self, separation, law, cap, limit, capture=None, film=None):
         self.separation = separation
         self.law = law
         self.film = film
@@ -81,8 +81,8 @@ class Solver:
         self.cap = cap
         self.limit = limit
         self.lowest = [separation.min(axis=axis) for axis in (1, 0)]  # of whole rows and columns: windows are wide
-        self.edge_width = int(np.ceil(_EDGE_OPENING / law.steepest)) + 2 if from_contact and law.work > 0 else 0
-        self.closes_at = capture if capture > 0.0 else -_CONTACT_OVERLAP * law.range
+        self.edge_width = 0 if capture is None else int(np.ceil(_EDGE_OPENING / law.steepest)) + 2
+        self.closes_at = capture or -_CONTACT_OVERLAP * law.range
 
     def without_traction(self, delta, left):
         """Return the state without any traction."""

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..halfspace.separation import profile_height
+from ..halfspace.separation import sphere_height
 from ..jit import kernel
 from .asperity_laws import Scales, asperity_contact, scales_of
 from .branches import LENGTH, A, B, P, closed_contact, collapse, line_contact
@@ -48,13 +48,13 @@ FORCE, AREA, CONTACTS, BEYOND_PATCH, OVERLAPPING, TRUNCATED = range(6)
 
 
 @kernel
-def offsets(field, x, y, radius, profile):
+def offsets(field, x, y, radius):
     """Return the displacement (nm) at which the sphere at (x, y) reaches each vertex."""
     out = np.empty(field.x.size)
     for i in range(out.size):
         u = field.x[i] - x
         v = field.y[i] - y
-        out[i] = field.depth[i] + profile_height(u * u + v * v, radius, profile)
+        out[i] = field.depth[i] + sphere_height(u * u + v * v, radius)
     return out
 
 

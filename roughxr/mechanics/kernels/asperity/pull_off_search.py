@@ -29,24 +29,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..halfspace.separation import PARABOLA, profile_height, profile_radius
+from ..halfspace.separation import distance_at_height, sphere_height
 from ..jit import kernel
 from .asperity_laws import subset
 from .branches import LENGTH, P, closed_force, collapse, line_force
 from .contact_sums import Field
 from .elliptic_table import LEAST, mark_at_row
 
-#: Results per centre: the least force nN (0 without adhesion), its displacement nm (NaN then), the displacement nm of
-#: the first touch of a vertex, the number of asperities in contact at the least force, the number of these at the
-#: scan's edge, and the number of evaluations of an asperity's load.
-FORCE, DELTA, FIRST_TOUCH, CONTACTS, AT_EDGE, EVALUATIONS = range(6)
+#: Results per centre: the least force nN (0 without adhesion), its displacement nm (NaN then), the number of asperities
+#: in contact at the least force, and the number of these at the scan's edge.
+FORCE, DELTA, CONTACTS, AT_EDGE = range(4)
 
 #: Largest error of the tables: an asperity's least load may be lower than tabulated by this part.
 _TABLE_ERROR = 3e-6
 
-#: A search ends when the force is accurate to this part, or after so many steps; one step gives a first guess.
+#: A search ends when the force is accurate to this part.
 _VALUE_TOLERANCE = 1e-14
-_ONE_STEP, _MOST_STEPS = np.int64(1), np.int64(100)  # Numba compiles a function again for each literal
+
+#: Largest number of steps of a search.
+_MOST_STEPS = 100
 
 #: q so near the onset of a branch that the slope at a fold is 1/q there; and the least dP*/dq of a fold (JKR: 1.1).
 _SMALL_Q = 1e-5
@@ -100,7 +101,7 @@ class Least(NamedTuple):
     delta: float
 
 
-def build_grid(field, law, radius, profile):
+def build_grid(field, law, radius):
     """Return the asperities of ``field`` as an ``AsperityGrid``, for a law and a sphere."""
     field = _subset(field, field.scales.end < 0)  # only adhesive asperities
     least = np.full(field.x.size, -1.0) if law.spline.size == 0 else _marks(law.marks, field.scales.row)
@@ -113,7 +114,7 @@ def build_grid(field, law, radius, profile):
     area = cells.first.shape[0] * (cells.first.shape[1] - 1) * cells.side**2
     # the disc that is considered first has 200 asperities
     r2 = min(area * 200 / (np.pi * field.x.size), 0.25 * radius * radius)
-    reach = max(profile_height(r2, radius, profile), np.median(field.scales.delta))
+    reach = max(sphere_height(r2, radius), np.median(field.scales.delta))
     return AsperityGrid(field, adhesion[order], float(highest), cells, float(highest + reach))
 
 
@@ -151,26 +152,23 @@ def _cells(field, adhesion, per_cell=4.0):
 
 
 @kernel
-def pull_offs(x, y, grid, table, radius, profile):
-    """Return (centre, 6), ``FORCE`` … ``EVALUATIONS``, for the axis of the sphere at each (x, y)."""
-    out = np.zeros((x.size, 6))
+def pull_offs(x, y, grid, table, radius):
+    """Return (centre, 4), ``FORCE`` … ``AT_EDGE``, for the axis of the sphere at each (x, y)."""
+    out = np.zeros((x.size, 4))
     for c in range(x.size):
         reach = grid.first_reach
         least = Least(0.0, np.nan)
         row = out[c]
-        near = nearby(x[c], y[c], reach, grid, table, radius, profile)
+        near = nearby(x[c], y[c], reach, grid, table, radius)
         for _ in range(60):
-            least, rough = least_up_to(near, reach, least, _ONE_STEP, grid)  # a good guess saves most searches
-            least, count = least_up_to(near, reach, least, _MOST_STEPS, grid)
+            least = least_up_to(near, reach, least, grid)
             total = total_force(reach, near.onset.size, near, grid)
-            row[EVALUATIONS] += rough + count + near.onset.size
-            if _is_bounded_beyond(x[c], y[c], reach, total, near, least, grid, radius, profile):
+            if _is_bounded_beyond(x[c], y[c], reach, total, near, least, grid, radius):
                 break
             reach = grid.highest + 1.5 * (reach - grid.highest)
-            near = nearby(x[c], y[c], reach, grid, table, radius, profile)
+            near = nearby(x[c], y[c], reach, grid, table, radius)
         row[FORCE] = least.F
         row[DELTA] = least.delta
-        row[FIRST_TOUCH] = near.touch if near.touch < np.inf else np.nan
         for k in range(near.onset.size):
             if near.onset[k] <= least.delta:
                 row[CONTACTS] += 1.0
@@ -179,9 +177,9 @@ def pull_offs(x, y, grid, table, radius, profile):
 
 
 @kernel
-def nearby(x, y, reach, grid, table, radius, profile):
+def nearby(x, y, reach, grid, table, radius):
     """Return the asperities whose branch begins at or below the displacement ``reach``, in the order of onsets."""
-    onset, offset, index = _begun_branches(x, y, reach, grid, radius, profile)
+    onset, offset, index = _begun_branches(x, y, reach, grid, radius)
     n = onset.size
     touch = np.inf
     for k in range(n):
@@ -200,11 +198,11 @@ def nearby(x, y, reach, grid, table, radius, profile):
 
 
 @kernel
-def _begun_branches(x, y, reach, grid, radius, profile):
+def _begun_branches(x, y, reach, grid, radius):
     """Return onsets, offsets and indices of the asperities whose branch begins at or below ``reach``."""
     field = grid.field
     cells = grid.cells
-    i0, i1, j0, j1 = _square(x, y, profile_radius(reach - grid.highest, radius, profile), cells)
+    i0, i1, j0, j1 = _square(x, y, distance_at_height(reach - grid.highest, radius), cells)
     count_in_square = 0
     for i in range(i0, i1):
         count_in_square += cells.first[i, j1] - cells.first[i, j0]
@@ -216,7 +214,7 @@ def _begun_branches(x, y, reach, grid, radius, profile):
         for k in range(cells.first[i, j0], cells.first[i, j1]):
             u = field.x[k] - x
             v = field.y[k] - y
-            o = field.depth[k] + profile_height(u * u + v * v, radius, profile)
+            o = field.depth[k] + sphere_height(u * u + v * v, radius)
             t = o + field.scales.end[k] * field.scales.delta[k]
             if t <= reach:
                 onset[n] = t
@@ -271,50 +269,44 @@ def _cell(distance, side, count):
 
 
 @kernel
-def least_up_to(near, reach, least, steps, grid):
-    """Return the least of ``least`` and the force up to the displacement ``reach``, and the number of evaluations."""
-    work = 0
+def least_up_to(near, reach, least, grid):
+    """Return the least of ``least`` and the force up to the displacement ``reach``."""
     n = near.onset.size
     k = np.int64(0)  # not the literal
     while k < n:
         end = near.onset[k + 1] if k + 1 < n else reach
         total = total_force(end, k + 1, near, grid)
-        work += k + 1
         width = end - near.onset[k]
         if total.slope > 0.0 and total.F - total.slope * width < least.F:
-            least, count = search(k, width, total, least, steps, near, grid)
-            work += count
+            least = search(k, width, total, least, near, grid)
         k, before = k + 1, near.adhesion[k + 1]
         while k < n:  # skip what the line proves to lie above the least
             line = total.A + total.S * (near.onset[k] - end) - (near.adhesion[k + 1] - before)
             if line < least.F:
                 break
             k += 1
-    return least, work
+    return least
 
 
 @kernel
-def search(k, width, end, least, steps, near, grid):
+def search(k, width, end, least, near, grid):
     """Return the least of ``least`` and F on the ``width`` after the k-th onset, at whose ``end`` F rises.
 
     In q = √(δ − t) the slope times q is regular at the onset, and nearly linear: regula falsi (Illinois) takes some
     five steps. A convex function lies above its tangents, which decide when the search ends.
     """
     start = near.onset[k]
-    work = 0
     low, g_low = _slope_at_onset(k, near, grid)
     high = np.sqrt(width)
     g_high = end.slope * np.sqrt(width)
     if g_low == 0.0:  # F need not fall at first: the onset itself may be the minimum
         total = total_force(start + low * low, k + 1, near, grid)
         g_low = -g_high
-        work += k + 1
         if total.F < least.F:
             least = Least(total.F, start + low * low)
-    for _ in range(steps):
+    for _ in range(_MOST_STEPS):
         q = (low * g_high - high * g_low) / (g_high - g_low)
         total = total_force(start + q * q, k + 1, near, grid)
-        work += k + 1
         if total.F < least.F:
             least = Least(total.F, start + q * q)
         g = total.slope * q
@@ -329,7 +321,7 @@ def search(k, width, end, least, steps, near, grid):
             low = q
             g_low = g
             g_high = 0.5 * g_high
-    return least, work
+    return least
 
 
 @kernel
@@ -370,7 +362,7 @@ def total_force(delta, n, near, grid):
 
 
 @kernel
-def _is_bounded_beyond(x, y, reach, total, near, least, grid, radius, profile):
+def _is_bounded_beyond(x, y, reach, total, near, least, grid, radius):
     """Return whether F provably stays above ``least`` beyond ``reach``, with all distant asperities."""
     if near.touch > reach:
         return grid.adhesion.size == 0  # the first touch is not known yet
@@ -381,13 +373,13 @@ def _is_bounded_beyond(x, y, reach, total, near, least, grid, radius, profile):
     delta = reach
     step = 0.05 * (reach - grid.highest)
     while True:
-        r = profile_radius(delta + step - grid.highest, radius, profile)
+        r = distance_at_height(delta + step - grid.highest, radius)
         i0, i1, j0, j1 = _square(x, y, r, cells)
         a = cells.adhesion
         unknown = a[i1, j1] - a[i0, j1] - a[i1, j0] + a[i0, j0] - known_adhesion
         if total.A + total.S * (delta - reach) - max(unknown, 0.0) < least.F:
             return False
-        if (i0 == 0 and j0 == 0 and i1 == nx and j1 == ny) or (profile != PARABOLA and r >= radius):
+        if (i0 == 0 and j0 == 0 and i1 == nx and j1 == ny) or r >= radius:
             return True
         delta = delta + step
         step = 1.5 * step

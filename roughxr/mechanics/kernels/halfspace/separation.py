@@ -1,47 +1,38 @@
 """The undeformed separation S (nm) between a rough surface and the indenter.
 
 S(x, y) = Z_max − Z(x, y) + S₀(x, y)   (Cheng, Dunn & Brach, eq. 38), S₀ the indenter's height over its lowest
-point at (x, y) from the contact centre. The paper's sphere of radius R has S₀ = R − √(R² − r²), Hertz's
-paraboloid S₀ = r²/2R; their relative difference is r²/4R².
+point at (x, y) from the contact centre, of a sphere of radius R: R − √(R² − r²). It exceeds that of Hertz's paraboloid,
+r²/2R, by a part r²/4R².
 """
 
 import numpy as np
 
 from ..jit import kernel
 
-SPHERE, PARABOLA = 0, 1
-
-#: Profiles by name.
-PROFILES = {"sphere": SPHERE, "parabola": PARABOLA}
-
 
 @kernel
-def profile_height(r2, radius, profile):
+def sphere_height(r2, radius):
     """Return the height S₀ (nm) at squared distance r2 (nm²) from the axis; inf beyond the sphere."""
-    if profile == PARABOLA:
-        return r2 / (2.0 * radius)
     if r2 >= radius * radius:
         return np.inf
     return r2 / (radius + np.sqrt(radius * radius - r2))  # without cancellation near the axis
 
 
 @kernel
-def profile_radius(height, radius, profile):
-    """Return the distance from the axis (nm) at which the sphere's profile has this height (nm)."""
+def distance_at_height(height, radius):
+    """Return the distance from the axis (nm) at which the sphere has this height (nm) over its lowest point."""
     if height <= 0.0:
         return 0.0
-    if profile == PARABOLA:
-        return np.sqrt(2.0 * radius * height)
     return radius if height >= radius else np.sqrt(height * (2.0 * radius - height))
 
 
 @kernel
-def sphere_separation(height, datum, x, y, radius, profile):
+def sphere_separation(height, datum, x, y, radius):
     """Return S (nm), shape (x.size, y.size), of a sphere over heights (nm) at x, y from the contact centre."""
     separation = np.empty((x.size, y.size))
     for i in range(x.size):
         for j in range(y.size):
-            separation[i, j] = datum - height[i, j] + profile_height(x[i] * x[i] + y[j] * y[j], radius, profile)
+            separation[i, j] = datum - height[i, j] + sphere_height(x[i] * x[i] + y[j] * y[j], radius)
     return separation
 
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..halfspace.separation import SPHERE, profile_height
+from ..halfspace.separation import sphere_height
 from ..jit import kernel
 
 #: Side of a box that is not divided further, pixels.
@@ -149,7 +149,7 @@ def touch(row, x, y, ball):
     height = row[H] + row[GX] * u + row[GY] * v + 0.5 * (row[HXX] * u * u + row[HYY] * v * v) + row[HXY] * u * v
     rx = rx - u
     ry = ry - v
-    return min(height - profile_height(rx * rx + ry * ry, ball.radius, SPHERE), largest_height), row[X] + u, row[Y] + v
+    return min(height - sphere_height(rx * rx + ry * ry, ball.radius), largest_height), row[X] + u, row[Y] + v
 
 
 @kernel
@@ -163,8 +163,8 @@ def _visible(rows, candidates, x0, x1, y0, y1, radius):
         near_y = max(y0 - row[Y], row[Y] - y1, 0.0)
         far_x = max(row[X] - x0, x1 - row[X])
         far_y = max(row[Y] - y0, y1 - row[Y])
-        highest[n] = row[H] + row[RISE] - profile_height(near_x * near_x + near_y * near_y, radius, SPHERE)
-        floor = max(floor, row[H] - profile_height(far_x * far_x + far_y * far_y, radius, SPHERE))
+        highest[n] = row[H] + row[RISE] - sphere_height(near_x * near_x + near_y * near_y, radius)
+        floor = max(floor, row[H] - sphere_height(far_x * far_x + far_y * far_y, radius))
     return candidates[(highest >= floor) & (highest > -np.inf)]
 
 

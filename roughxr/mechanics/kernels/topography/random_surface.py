@@ -38,8 +38,8 @@ def k_correlation(q, plateau, rolloff, hurst):
 def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     """Fit the K-correlation model to a spectrum at wavevectors q.
 
-    Returns (C₀, ℓ₀, H); the covariance of ln C at q₁ and 8q₁, q₁ the largest wavevector, which is the uncertainty of an
-    extrapolation; and χ², the sum of squared residuals over their errors.
+    Returns (C₀, ℓ₀, H), and the covariance of ln C at q₁ and 8q₁, q₁ the largest wavevector: the uncertainty of an
+    extrapolation.
 
     ``modes`` is the number of independent Fourier modes that each value averages; ``hurst`` fixes H, which lies in
     ``bounds``. Heights averaged over a pixel of side a keep exp(−(qa)²/12) of their power, over a part of it
@@ -50,7 +50,7 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
 
     has_power = (q > 0) & (psd > 0)
     if has_power.sum() < 4:
-        return np.full(3, np.nan), np.full((2, 2), np.nan), np.nan
+        return np.full(3, np.nan), np.full((2, 2), np.nan)
     # so that the result does not depend on the unit of length
     unit = 1.0 / q[has_power][-1]
     level = np.log(psd[has_power][0])
@@ -58,21 +58,15 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     pixel = pixel / unit
     modes = modes[has_power]
     measured = np.log(psd[has_power]) - level + 0.5 / modes  # the mean logarithm of a mean over m modes is 1/2m too low
-    # model error of ln C over a factor e of wavelengths, added to the sampling error: no surface is exactly self-affine
-    model_error = 0.05
-    error = np.sqrt(1.0 / modes + model_error**2 * q / np.gradient(q))
+    error = _logarithmic_errors(q, modes)
     longest = 2.0 * np.pi / q[0]
     shortest = 2.0 * np.pi / q[-1]
     # of u, ln ℓ₀, H
     prior = np.array([0.0, np.log(longest), np.mean(bounds)])
     prior_error = np.array([1.0, 2.0, 0.5])
 
-    def model(unknown, q):
-        H = hurst if hurst is not None else unknown[3]
-        return unknown[0] + np.log(k_correlation(q, 1.0, np.exp(unknown[2]), H))
-
     def residuals(unknown):
-        averaged = model(unknown, q) - unknown[1] * (q * pixel) ** 2 / 12.0
+        averaged = _log_spectrum(unknown, q, hurst) - unknown[1] * (q * pixel) ** 2 / 12.0
         off_prior = (unknown[1:] - prior[: count - 1]) / prior_error[: count - 1]
         return np.concatenate([(averaged - measured) / error, off_prior])
 
@@ -83,10 +77,28 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     tight = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-13)  # so that rounding of the input is not amplified
     solved = least_squares(residuals, start[:count], "3-point", (low[:count], high[:count]), **tight)
     fitted = solved.x
-    beyond = q[-1] * np.array([1.0, 8.0])
-    small = 1e-4
-    moved = (fitted + small * unit for unit in np.eye(count))
-    gradient = np.array([model(shifted, beyond) - model(fitted, beyond) for shifted in moved]) / small
+    gradient = _gradient(fitted, q[-1] * np.array([1.0, 8.0]), hurst)
     spread = gradient.T @ np.linalg.inv(solved.jac.T @ solved.jac) @ gradient
     H = hurst if hurst is not None else max(fitted[3], bounds[0])
-    return np.array([np.exp(fitted[0] + level), np.exp(fitted[2]) * unit, H]), spread, 2.0 * solved.cost
+    return np.array([np.exp(fitted[0] + level), np.exp(fitted[2]) * unit, H]), spread
+
+
+def _logarithmic_errors(q, modes):
+    """Return the errors of ln C by sampling, and since no surface is exactly self-affine."""
+    # error of ln C over a factor e of wavelengths
+    model_error = 0.05
+    return np.sqrt(1.0 / modes + model_error**2 * q / np.gradient(q))
+
+
+def _log_spectrum(unknown, q, hurst):
+    """Return ln C at ln C₀, u (without effect), ln ℓ₀ and, unless ``hurst`` is known, H."""
+    H = hurst if hurst is not None else unknown[3]
+    return unknown[0] + np.log(k_correlation(q, 1.0, np.exp(unknown[2]), H))
+
+
+def _gradient(unknown, q, hurst):
+    """Return the derivatives of ln C by the unknowns, (unknown, q)."""
+    small = 1e-4
+    moved = (unknown + small * axis for axis in np.eye(unknown.size))
+    at_fit = _log_spectrum(unknown, q, hurst)
+    return np.array([_log_spectrum(shifted, q, hurst) - at_fit for shifted in moved]) / small
