@@ -713,6 +713,7 @@ def test_a_sentence_is_printed_if_its_values_are_known():
         ("answer.toml", (application.headline, means, sampling, application.report.summary)),
         ("cautions.toml", (application.report.caveats, expectation)),
         *((file, (application.sentences,)) for file in ("comparison.toml", "fit.toml", "regime.toml", "estimate.toml")),
+        ("facts.toml", (application.report.report_page,)),
         ("notes.toml", (application.report.report_page, application.report.detachment)),
     ],
 )

@@ -28,7 +28,7 @@ from ...mechanics.vocabulary.text import printable
 from .. import archive, figures
 from ..figures.maps import critical_map
 from ..sentences import liquid_words
-from ..wording import names_in_words, render_sentences
+from ..wording import names_in_words, render_sentence, render_sentences
 from .caveats import cautions
 from .detachment import detachment_notes, remaining_fraction
 from .run_numbers import METHOD_WORDS, debris_flags, prediction, run_moments
@@ -45,6 +45,29 @@ from .summary import (
 )
 
 Run = Mapping[str, xr.Dataset]
+
+#: The facts of the page before and after those of the pair of bodies, by their names in `facts.toml`.
+_SCAN_FACTS = (
+    "file",
+    "channel",
+    "instrument",
+    "measured",
+    "size",
+    "pixel",
+    "levelling",
+    "heights",
+    "roughness S_q",
+    "materials",
+    "medium",
+)
+_RUN_FACTS = (
+    "law of adhesion",
+    "mesh",
+    "preload",
+    "places",
+    "Tabor's parameter, median asperity",
+    "simplest valid model",
+)
 
 #: Least error that is named among the sources of an interval, of the mean.
 _NAMED_ERROR = 0.005
@@ -98,7 +121,7 @@ def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
         best=best_estimate_notes(run),
         first=_pictures(run, _FIRST),
         cautions=[f"The run is not finished, {missing}."] * bool(missing) + cautions(run),
-        facts=_facts(run),
+        facts=_facts(run).items(),
         methods=methods(run),
         detachment=detachment_notes(run),
         pictures=_pictures(run, _FIGURES),
@@ -117,43 +140,68 @@ def _calls(summary: xr.Dataset) -> str:
     return "\n".join(calls)
 
 
-def _facts(run: Run) -> list[tuple[str, str]]:
-    """Return the facts of the page: scan, pair of bodies, simulation, and recommended model."""
+def _facts(run: Run) -> dict[str, str]:
+    """Return the facts of the page by their names: scan, pair of bodies, simulation, and recommended model."""
     if "scan" not in run:
-        return []
-    scan = run["scan"]
+        return {}
+    values = {**_scan_values(run["scan"]), **_simulation_values(run)}
+    before, after = (
+        {name: render_sentence("facts.toml", name, values) for name in names} for names in (_SCAN_FACTS, _RUN_FACTS)
+    )
+    return {name: text for name, text in (before | pair_facts(run["scan"]) | after).items() if text}
+
+
+def _scan_values(scan: xr.Dataset) -> dict[str, Any]:
+    """Return the values of the facts about a scan."""
+    header = dict(line.split(": ", 1) for line in str(scan.attrs.get("header", "")).splitlines() if ": " in line)
+    along_x, along_y = sides(scan)
+    pixel = schema.pixel(scan)
+    return {
+        "source_file": scan.attrs.get("source_file"),
+        "channel_name": scan.attrs.get("channel"),
+        "instrument_name": header.get("instrument.name"),
+        "acquisition_time": header.get("acquisition_time"),
+        "width": along_x / 1e3,
+        "depth": along_y / 1e3,
+        "columns": scan.sizes["x"],
+        "rows": scan.sizes["y"],
+        "is_oblong": pixel[0] != pixel[1],
+        "shorter_side": min(pixel),
+        "longer_side": max(pixel),
+        "background": scan.attrs.get("levelling"),
+        "lowest": scan["height"].min(),
+        "highest": scan["height"].max(),
+        "material_names": scan.attrs.get("materials"),
+        "medium_name": scan.attrs.get("medium"),
+    }
+
+
+def _simulation_values(run: Run) -> dict[str, Any]:
+    """Return the values of the facts about roughness, recommended model, places and the simulation with adhesion."""
     regime = run.get("statistics/regime", xr.Dataset())
     recommended = str(regime["recommended"].item()) if "recommended" in regime else ""
-    parameters = run.get("statistics/roughness", xr.Dataset())
-    header = dict(line.split(": ", 1) for line in str(scan.attrs.get("header", "")).splitlines() if ": " in line)
-    facts = [
-        ("file", scan.attrs.get("source_file", "none: synthetic")),
-        ("channel", scan.attrs.get("channel", "")),
-        ("instrument", header.get("instrument.name", "")),
-        ("measured", header.get("acquisition_time", "")),
-        ("size", _size_words(scan)),
-        ("pixel", " × ".join(format_number(step, "nm") for step in sorted(set(schema.pixel(scan))))),
-        ("levelling", scan.attrs.get("levelling", "")),
-        ("heights", f"{format_number(scan['height'].min())} … {format_number(scan['height'].max())} nm"),
-        ("roughness S_q", format_number(parameters["s_q"], "nm") if "s_q" in parameters else ""),
-        ("materials", scan.attrs.get("materials", "")),
-        ("medium", scan.attrs.get("medium", "")),
-        *pair_facts(scan),
-        *_simulation_facts(run),
-        (
-            "Tabor's parameter, median asperity",
-            format_number(regime["asperity_tabor"]) if "asperity_tabor" in regime else "",
-        ),
-        ("simplest valid model", names_in_words("model").get(recommended, "")),
-    ]
-    return [(name, str(value)) for name, value in facts if value]
-
-
-def _size_words(scan: xr.Dataset) -> str:
-    """Return the size of a scan and its number of pixels."""
-    along_x, along_y = sides(scan)
-    pixels = " × ".join(str(scan.sizes[axis]) for axis in ("x", "y"))
-    return f"{along_x / 1e3:.4g} × {along_y / 1e3:.4g} µm, {pixels} pixels"
+    values = {
+        "s_q": run.get("statistics/roughness", xr.Dataset()).get("s_q"),
+        "asperity_tabor": regime.get("asperity_tabor"),
+        "model": names_in_words("model").get(recommended),
+        "number_of_places": by_place(run).sizes.get("subregion"),
+    }
+    if "solutions/adhesive" not in run:
+        return values
+    solved = run["solutions/adhesive"]
+    cells = solved["mesh"].values
+    fewest_cells = cells[cells > 0].min(initial=cells.max())
+    return {
+        **values,
+        "law": solved.attrs["law"],
+        "adhesion_length_nm": solved.attrs.get("adhesion_length_nm"),
+        "by_front": not cells.max(),
+        "is_refined": fewest_cells < cells.max(),
+        "fewest_cells": fewest_cells,
+        "most_cells": cells.max(),
+        "preload_force": float(solved.attrs.get("preload", 0.0)),
+        "independent_places": run_summary(run).get("independent_places"),
+    }
 
 
 def setting(run: Run) -> dict[str, str]:
@@ -169,39 +217,9 @@ def setting(run: Run) -> dict[str, str]:
     }
 
 
-def _simulation_facts(run: Run) -> list[tuple[str, str]]:
-    """Return law, mesh, preload and places of the simulation with adhesion."""
-    if "solutions/adhesive" not in run:
-        return [("places", f"{by_place(run).sizes['subregion']} contact centres" if by_place(run) else "")]
-    attrs = run["solutions/adhesive"].attrs
-    law = str(attrs["law"])
-    if "adhesion_length_nm" in attrs:
-        law += f", range {format_number(attrs['adhesion_length_nm'], 'nm')}"
-    preload = run["solutions/adhesive"].attrs.get("preload", 0.0)
-    summary = run_summary(run)
-    independent = summary.get("independent_places")
-    places = f"{by_place(run).sizes['subregion']} contact centres"
-    if independent is not None and np.isfinite(independent):
-        places += f", {format_number(independent, digits=2)} of them independent"
-    return [
-        ("law of adhesion", law),
-        ("mesh", _mesh_words(run["solutions/adhesive"]["mesh"].values)),
-        ("preload", format_number(float(preload), "nN")),
-        ("places", places),
-    ]
-
-
-def _mesh_words(cells: np.ndarray) -> str:
-    """Return the meshes of all places, from their cells along a pixel."""
-    if not cells.max():
-        return "the front of one contact a place, without cells"
-    meshes = [f"{count} × {count}" for count in np.unique([cells[cells > 0].min(), cells.max()])]
-    return f"{' to '.join(meshes)} cells a pixel"
-
-
 def methods(run: Run) -> str:
     """Return a paragraph on the methods of a run, for a publication; empty without a simulation with adhesion."""
-    facts = dict(_facts(run))
+    facts = _facts(run)
     if "law of adhesion" not in facts:
         return ""
     scan = run["scan"]
@@ -225,14 +243,14 @@ def _errors_in_words(run: Run) -> str:
     return ", ".join(f"{name} ({format_percent(errors[name])})" for name in largest_first)
 
 
-def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
+def pair_facts(scan: xr.Dataset) -> dict[str, str]:
     """Return the quantities of the pair of bodies in words, each with its value."""
     values = {str(name): value for name, value in schema.pair_coordinates(scan).items() if value.ndim == 0}
     units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in values}
-    facts = {name: (schema.VARIABLES[name].long_name, format_number(values[name], units[name])) for name in values}
+    facts = {schema.VARIABLES[name].long_name: format_number(values[name], units[name]) for name in values}
     if "hamaker_constant" in values:
-        facts["hamaker_constant"] = ("Hamaker constant A", format_number(1e3 * values["hamaker_constant"], "zJ"))
-    return list(facts.values())
+        facts[schema.VARIABLES["hamaker_constant"].long_name] = format_number(1e3 * values["hamaker_constant"], "zJ")
+    return facts
 
 
 def _rows(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:

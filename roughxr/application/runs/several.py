@@ -43,7 +43,7 @@ class ScanResult(NamedTuple):
     """The results of one scan that the table and the page of all scans show."""
 
     setting: dict[str, str]
-    pair: list[tuple[str, str]]
+    pair: dict[str, str]
     size: np.ndarray  # sides and pixel, nm
     summary: xr.Dataset
     places: xr.Dataset
@@ -122,13 +122,13 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
     endings = written_formats()
     pooled_mean = _pooled_words(finished)
     first = next(iter(finished.values()))
-    named = [(name, first.setting[name]) for name in ("materials", "medium") if first.setting[name]]
+    named = {name: first.setting[name] for name in ("materials", "medium") if first.setting[name]}
     page = render_template(
         _PAGE,
         title=f"{len(finished)} scans",
         table=f"{table_name(output)}{endings[-1]}",
         pooled=pooled_mean,
-        pair=named + first.pair,
+        pair=(named | first.pair).items(),
         fluid=first.summary.attrs.get("fluid", ""),
         rows=[
             (n, Path(n).stem, _cells(run), " ".join(answer_lines(run.summary)), run.cautions)
