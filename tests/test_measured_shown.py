@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 import roughxr
 from roughxr.application import sentences
 from roughxr.application.cli import main, measurements
+from roughxr.application.wording import render_sentences
 
 from .surfaces import glass_pair, rough, scan
 
@@ -64,15 +65,20 @@ def test_what_a_command_lacks_is_said(run, capsys):
     assert "places: not known" in capsys.readouterr().out
 
 
+def agreement(means, *best):
+    """Return the sentences of a best estimate beside a predicted and a measured mean."""
+    return render_sentences("comparison.toml", ["estimate", "agreement"], sentences._agreement_values(means, *best))
+
+
 def test_a_prediction_as_scanned_is_set_beside_the_best_estimate():
     means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
-    first, _ = sentences._means_in_words(means, 43.0, 11.0, 87.0)
+    first, _ = agreement(means, 43.0, 11.0, 87.0)
     assert "best estimate is 43 nN (95 % interval 11 … 87 nN), 0.7 times the prediction" in first
 
 
 def test_a_measured_mean_without_interval_neither_agrees_nor_disagrees():
     means = xr.Dataset({"predicted": 61.0, "measured_low": np.nan, "measured_high": np.nan})
-    _, second = sentences._means_in_words(means, 43.0, 11.0, 87.0)
+    _, second = agreement(means, 43.0, 11.0, 87.0)
     assert "too few independent forces are measured for an interval" in second and "agree" not in second
 
 
@@ -132,7 +138,7 @@ def test_a_runs_pair_is_fitted_to_measured_forces_by_a_command(tmp_path, capsys,
 )
 def test_means_agree_where_the_interval_of_the_best_estimate_overlaps_that_of_the_measured_mean(low, high, verdict):
     means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
-    assert verdict in sentences._means_in_words(means, 43.0, low, high)[1]
+    assert verdict in agreement(means, 43.0, low, high)[1]
 
 
 def test_a_picture_shows_the_best_estimate_of_its_sentence():

@@ -22,11 +22,12 @@ import xarray as xr
 import roughxr
 from roughxr import application, archive, figures
 from roughxr.application import cli, report
-from roughxr.application.cli import detach
+from roughxr.application.cli import detach, measurements
 from roughxr.application.headline import answer_lines
 from roughxr.application.report import report_page
 from roughxr.application.report.report_page import methods
 from roughxr.application.report.run_numbers import debris_flags, run_numbers, summary_numbers
+from roughxr.application.reproduction import conclusion, printed_tables
 from roughxr.application.runs import analysis, several
 from roughxr.application.wording import _entries, _Sentences, table_of_words
 from roughxr.mechanics.asperity import expectation
@@ -712,7 +713,10 @@ def test_a_sentence_is_printed_if_its_values_are_known():
     [
         ("answer.toml", (application.headline, means, sampling, application.report.summary)),
         ("cautions.toml", (application.report.caveats, expectation)),
-        *((file, (application.sentences,)) for file in ("comparison.toml", "fit.toml", "regime.toml", "estimate.toml")),
+        *((file, (application.sentences,)) for file in ("fit.toml", "regime.toml", "estimate.toml")),
+        ("comparison.toml", (application.sentences, measurements)),
+        ("scans.toml", (several,)),
+        ("paper.toml", (conclusion, printed_tables)),
         ("facts.toml", (application.report.report_page,)),
         ("notes.toml", (application.report.report_page, application.report.detachment)),
     ],

@@ -177,11 +177,7 @@ def _describe_fits(options: Namespace) -> None:
 def compare_with_run(options: Namespace) -> None:
     """Print the ratios of measured to predicted pull-off forces, and the test of a common distribution."""
     groups = archive.load(_archive_of(options))
-    names = [name.partition("/") for name, ds in groups.items() if name != PLACES and _has_pull_off(ds)]
-    methods = [method for kind, _, method in names if kind == "statistics"]
-    if not methods:
-        raise Refusal(options.run, "a run with pull-off forces", "none", "make it with roughxr run")
-    predicted = groups[f"statistics/{one_of(options.method, methods, '--method')}"].load()
+    predicted = _predicted(options, groups)
     own = measurement(options.file, options)
     extrapolation = groups.get("statistics/extrapolated") if options.method == "adhesive" else None
     compared = compare(predicted, own, extrapolation=extrapolation, force_std=options.force_std)
@@ -192,22 +188,36 @@ def compare_with_run(options: Namespace) -> None:
     if estimated_mean(compared) is None:
         print(render_sentence("comparison.toml", "as_scanned", {}))
     print(comparison_sentence(compared))
-    predicted_places = float(compared.predicted_places)
-    measured_places = float(compared.measured_places)
-    count = own["pull_off_force"].size
-    low, high = sample_bounds(own, "pull_off_force")
-    known = int(np.isfinite(low).sum())
-    limited = int((low < high).sum())
-    print(
-        f"neighbouring places are alike: the {int(predicted['pull_off_force'].count())} predicted count as "
-        f"{predicted_places:.0f} independent ones, the {known} measured as {measured_places:.0f}"
-        + f"; {count - known} of {count} measured without a pull-off are left out" * (known < count)
-        + f"; {limited} of {count} measured are limits, which count from 0 to the limit" * (limited > 0)
-    )
+    print(render_sentence("comparison.toml", "counted", _counts(compared, predicted, own)))
     if options.picture:
         axes = Figure(figsize=(6.9, 2.9), layout="constrained").subplots(1, 2)
         figures.predicted_and_measured(predicted, own, comparison=compared, ax=axes)
         save_picture(axes[0].figure, options.picture)
+
+
+def _predicted(options: Namespace, groups: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Return the pull-offs of a run by the requested method; raise if it has none."""
+    names = [name.partition("/") for name, ds in groups.items() if name != PLACES and _has_pull_off(ds)]
+    methods = [method for kind, _, method in names if kind == "statistics"]
+    if not methods:
+        raise Refusal(options.run, "a run with pull-off forces", "none", "make it with roughxr run")
+    return groups[f"statistics/{one_of(options.method, methods, '--method')}"].load()
+
+
+def _counts(compared: xr.Dataset, predicted: xr.Dataset, measured: xr.Dataset) -> dict[str, Any]:
+    """Return the numbers of forces that a comparison counts, and of measured ones that are lost or limits."""
+    low, high = sample_bounds(measured, "pull_off_force")
+    known = int(np.isfinite(low).sum())
+    rows = measured["pull_off_force"].size
+    return {
+        "predicted_count": int(predicted["pull_off_force"].count()),
+        "predicted_places": float(compared.predicted_places),
+        "measured_count": known,
+        "measured_places": float(compared.measured_places),
+        "rows": rows,
+        "lost": rows - known,
+        "limited": int((low < high).sum()),
+    }
 
 
 @archive.checked_names

@@ -6,7 +6,7 @@ import glob
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -26,6 +26,7 @@ from ..report.report_page import pair_facts, render_template, setting
 from ..report.run_numbers import summary_numbers
 from ..report.summary import few_digits, place_table
 from ..tables import FORMATS, table_of, written_formats
+from ..wording import render_sentence
 from ..wording.intervals import value_and_interval, with_interval
 from .folder import refuse_own_files
 from .stages import TimeLeft
@@ -117,31 +118,36 @@ def _scan_result(run: Mapping[str, xr.Dataset]) -> ScanResult:
 
 def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str], output: Path) -> str:
     """Write the tables of scans and of all places, and the summary page; return the pooled mean as scanned in words."""
-    tables = [place_table(run.places, name) for name, run in finished.items()]
-    all_places = xr.concat(tables, "scan", data_vars="all", coords="minimal")
-    endings = written_formats()
-    pooled_mean = _pooled_words(finished)
+    pooled_mean = render_sentence("scans.toml", "pooled", _pooled_values(finished))
+    with atomic_write(output / _PAGE, is_own=True) as temporary:
+        temporary.write_text(_page(finished, refused, output, pooled_mean), encoding="utf-8")
+    all_scans = scan_table(finished)
+    places = [place_table(run.places, name) for name, run in finished.items()]
+    all_places = xr.concat(places, "scan", data_vars="all", coords="minimal")
+    for ending in written_formats():  # after the page, by which a later call knows them as its own
+        table_of(all_scans, output / f"{table_name(output)}{ending}", is_own=True)
+        table_of(all_places, output / f"places{ending}", is_own=True)
+    return pooled_mean
+
+
+def _page(finished: Mapping[str, ScanResult], refused: Mapping[str, str], output: Path, pooled_mean: str) -> str:
+    """Return the summary page: the pair of bodies, the pooled mean and a row for each scan."""
     first = next(iter(finished.values()))
     named = {name: first.setting[name] for name in ("materials", "medium") if first.setting[name]}
-    page = render_template(
+    rows = [
+        (name, Path(name).stem, _cells(run), " ".join(answer_lines(run.summary)), run.cautions)
+        for name, run in finished.items()
+    ]
+    return render_template(
         _PAGE,
         title=f"{len(finished)} scans",
-        table=f"{table_name(output)}{endings[-1]}",
+        table=f"{table_name(output)}{written_formats()[-1]}",
         pooled=pooled_mean,
         pair=(named | first.pair).items(),
         fluid=first.summary.attrs.get("fluid", ""),
-        rows=[
-            (n, Path(n).stem, _cells(run), " ".join(answer_lines(run.summary)), run.cautions)
-            for n, run in finished.items()
-        ],
+        rows=rows,
         refused=refused,
     )
-    with atomic_write(output / _PAGE, is_own=True) as temporary:
-        temporary.write_text(page, encoding="utf-8")
-    for ending in endings:  # after the page, by which a later call knows them as its own
-        table_of(scan_table(finished), output / f"{table_name(output)}{ending}", is_own=True)
-        table_of(all_places, output / f"places{ending}", is_own=True)
-    return pooled_mean
 
 
 def scan_table(finished: Mapping[str, ScanResult]) -> xr.Dataset:
@@ -166,24 +172,24 @@ def scan_table(finished: Mapping[str, ScanResult]) -> xr.Dataset:
     return out.assign(path=("scan", [f"{Path(name).stem}/report.html" for name in finished]))
 
 
-def _pooled_words(finished: Mapping[str, ScanResult]) -> str:
+def _pooled_values(finished: Mapping[str, ScanResult]) -> dict[str, Any]:
     """Return the mean over scans with its interval and the scatter between scans, if they are of the same size."""
-    enough = {name: run for name, run in finished.items() if int(run.places[_FORCE].notnull().sum()) > 1}
+    enough = [run for run in finished.values() if int(run.places[_FORCE].notnull().sum()) > 1]
     if len(enough) < 2:
-        return ""
-    sizes = np.array([run.size for run in enough.values()])
+        return {}
+    sizes = np.array([run.size for run in enough])
     if np.ptp(sizes, axis=0).max() > _ALIKE * sizes.max():
-        return "The scans differ in size or pixel: each mean is that of its own scan, and none is pooled."
-    samples = [run.places[[_FORCE]].where(run.places[_FORCE].notnull(), drop=True) for run in enough.values()]
+        return {"differ": True}
+    samples = [run.places[[_FORCE]].where(run.places[_FORCE].notnull(), drop=True) for run in enough]
     numbered = [run.assign_coords(subregion=np.arange(run.sizes["subregion"])) for run in samples]
     all_samples = xr.concat(numbered, "scan", join="outer", data_vars="all", coords="minimal", compat="override")
     pooled_mean = pooled(all_samples, _FORCE, statistics=["mean"]).isel(statistic=0)
     value, low, high = (float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high"))
-    return (
-        f"Mean pull-off over {len(enough)} scans, as scanned: {with_interval(value, low, high)}; "
-        f"standard deviation between scans {format_quantity(float(pooled_mean['between_std']))} beyond the scatter of "
-        "places. Best estimates of the real surface are not pooled: the scans share most of their errors."
-    )
+    return {
+        "scans": len(enough),
+        "mean": with_interval(value, low, high),
+        "between_std": float(pooled_mean["between_std"]),
+    }
 
 
 def _cells(run: ScanResult) -> list[tuple[str, str]]:
