@@ -113,21 +113,20 @@ def _compare(ds: xr.Dataset, shown: xr.Dataset, raw: xr.Dataset) -> None:
     """
     sides = [min(shown.sizes[axis], ds.sizes[axis]) for axis in "xy"]
     parts = _measures_of_parts(ds, sides)
-    second = _measures(shown) | {"tilt": _measures(raw)["tilt"]}
-    for name in ("rms of heights", "rms of slopes"):
-        _refuse_other_surface(name, second[name], parts[name])
+    low = parts.min()
+    high = parts.max()
+    second = pd.Series(_measures(shown) | {"tilt": _measures(raw)["tilt"]})
+    _refuse_other_surface(second, low, high)
+    ratio = pd.Series(_DOUBTFUL_RATIO).reindex(second.index, fill_value=1.0)
+    is_doubtful = (second > high * ratio) | ((second < low / ratio) & (second.index != "tilt"))
     count = ds.sizes["x"] * ds.sizes["y"] / (sides[0] * sides[1])
     is_upside_down = _upside_down_log_odds(parts, count, second, sides[0] * sides[1]) > np.log(_DOUBTFUL_ODDS)
-    doubts = []
-    for name, value in second.items():
-        low = parts[name].min()
-        high = parts[name].max()
-        ratio = _DOUBTFUL_RATIO.get(name, 1.0)
-        is_doubtful = value > high * ratio or (name != "tilt" and value < low / ratio)
-        if name in _SKEWNESSES:
-            is_doubtful = is_upside_down and value * parts[name].mean() < 0
-        if is_doubtful:
-            doubts.append(f"{name} {_words(name, value)} instead of {_words(name, low)} to {_words(name, high)}")
+    for name in _SKEWNESSES:
+        is_doubtful[name] = is_upside_down and second[name] * parts[name].mean() < 0
+    doubts = [
+        f"{name} {_words(name, second[name])} instead of {_words(name, low[name])} to {_words(name, high[name])}"
+        for name in second.index[is_doubtful]
+    ]
     if doubts:
         warn(
             f"on the pixels of the first scan it has {'; '.join(doubts)} of the parts as large of the first scan: "
@@ -145,21 +144,19 @@ def _measures_of_parts(ds: xr.Dataset, sides: list[int]) -> pd.DataFrame:
     )
 
 
-def _refuse_other_surface(name: str, value: float, parts: pd.Series) -> None:
-    """Raise if a measure of the second scan is far from that of all parts of the first one."""
-    low = parts.min()
-    high = parts.max()
-    if low / _LARGEST_RATIO <= value <= high * _LARGEST_RATIO:
-        return
-    raise Refusal(
-        "finer",
-        f"a scan of the same surface, whose parts as large as this have {name.removeprefix('rms of ')} of rms "
-        f"{_words(name, low)} to {_words(name, high)} at equal pixels",
-        _words(name, value),
-    )
+def _refuse_other_surface(second: pd.Series, low: pd.Series, high: pd.Series) -> None:
+    """Raise if heights or slopes of the second scan are far from those of all parts of the first one."""
+    for name in ("rms of heights", "rms of slopes"):
+        if not low[name] / _LARGEST_RATIO <= second[name] <= high[name] * _LARGEST_RATIO:
+            raise Refusal(
+                "finer",
+                f"a scan of the same surface, whose parts as large as this have {name.removeprefix('rms of ')} of rms "
+                f"{_words(name, low[name])} to {_words(name, high[name])} at equal pixels",
+                _words(name, second[name]),
+            )
 
 
-def _upside_down_log_odds(parts: pd.DataFrame, count: float, second: dict[str, float], pixels: int) -> float:
+def _upside_down_log_odds(parts: pd.DataFrame, count: float, second: pd.Series, pixels: int) -> float:
     """Return ln of the odds that a second scan is upside down, by Student's t of a count of independent parts."""
     if count < 2:
         return 0.0
