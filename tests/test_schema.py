@@ -141,6 +141,14 @@ def test_a_verb_refuses_an_array_and_says_what_to_pass(verb):
         verb(np.zeros((4, 4)))
 
 
+def test_a_verb_validates_its_dataset_and_takes_it_by_name():
+    surface = scan(rough(24, seed=1))
+    in_micrometres = surface.assign(height=(surface.height * 1e-3).assign_attrs(units="um"))
+    xr.testing.assert_allclose(roughxr.level(ds=in_micrometres), roughxr.level(surface))
+    with pytest.raises(ValueError, match="moments: expected a variable 'resisting_moment', found height; make it by"):
+        surface.contact.critical_load()
+
+
 def test_what_code_reads_of_a_result_is_no_text_of_its_history():
     surface = glass_pair(scan(rough(48, seed=1)))
     levelled = surface.contact.level().contact.assign_pair(sphere_radius=500, materials=("glass", "silicon"))

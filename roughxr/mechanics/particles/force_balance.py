@@ -68,7 +68,7 @@ def for_each_condition(function: Verb) -> Verb:
 
     @functools.wraps(function)
     def each(ds: xr.Dataset, *arguments: Any, **options: Any) -> Any:
-        ds = schema.entered_dataset(ds, "result")
+        schema.need_dataset(ds, "moments")
         dims = ds["resisting_moment"].dims if "resisting_moment" in ds else ()
         name = next((str(dim) for dim in dims if dim not in ("subregion", "direction")), None)
         if name is None:
@@ -83,7 +83,7 @@ def for_each_condition(function: Verb) -> Verb:
 
 
 @for_each_condition
-@schema.recorded
+@schema.verb("moments")
 def critical_load(
     ds: xr.Dataset,
     cause: str = "wall_shear",
@@ -226,7 +226,6 @@ DENSEST_GAS = 200.0
 
 def read_resistance(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Resistance:
     """Return the resistance at each place of a result of `rolling`; raise if an option is missing or impossible."""
-    ds = schema.validate(ds, "moments")
     if friction_coefficient is not None and shear_strength is not None:
         expected = Phrase("either ", Argument("friction_coefficient"), " or ", Argument("shear_strength"))
         raise Refusal("", expected, "both")

@@ -33,7 +33,7 @@ _RESAMPLES = 399
 
 
 @for_each_condition
-@schema.recorded
+@schema.verb("moments")
 def resuspension(
     ds: xr.Dataset,
     *,
