@@ -47,7 +47,7 @@ _LARGEST_IN_METRES = 1e-4
 _MAKING = {
     "scan": "open a file by roughxr.open_scan, or make a scan of an array, xr.Dataset({'height': (('x', 'y'), "
     "heights)}, {'x': x, 'y': y}) with pixel centres x and y in nm",
-    "moments": "make it by ds.contact.rolling()",
+    "moments": "pass the result of ds.contact.rolling()",
     "forces": "take .contact.pull_off() of a solution first",
 }
 
