@@ -427,7 +427,9 @@ def _refuse_other(stored: Mapping[str, Any], wanted: Mapping[str, Any], path: Pa
     different = [key for key in {**wanted, **stored} if stored.get(key) != wanted.get(key)]
     if not different:
         return
-    shown = ([key for key in different if key != "scan_sha256"] or different)[:4]
+    plain = [key for key in different if not {type(run.get(key)) for run in (wanted, stored)} & {list, dict}]
+    named = [key for key in plain if key != "scan_sha256" and " values from " not in str(wanted.get(key))]
+    shown = (named or different)[:4]
     expected, existing = (
         ", ".join(textwrap.shorten(f"{key} {run.get(key)}", 80, placeholder="…") for key in shown)
         for run in (wanted, stored)

@@ -92,12 +92,12 @@ def _draw_field(ax, contact: xr.Dataset, name: str, scan: xr.Dataset | None):
         lowest, highest = np.nanmin(pressure), max(np.nanmax(pressure), 0.0)
         # each sign on its own scale, so that a small tension is seen beside a large pressure
         limits = (lowest, highest or -lowest)
-        bar = image(ax, pressure, extent, name, "vlag", limits=limits, middle=0.0, extend="neither")
+        bar = image(ax, pressure, extent, name, "vlag", limits=limits, middle=0.0)
         bar.ax.set_ylim(lowest, highest)  # only values that occur: in grey print both signs look alike
     else:
         # from zero, so that few cells of similar pressure do not look different
         limits = (0.0, None) if name == "pressure" else (None, None)
-        image(ax, contact[name], extent, name, COLOURS[name], limits=limits, extend="neither")
+        image(ax, contact[name], extent, name, COLOURS[name], limits=limits)
     touching = (pressure > 0).values
     _outline(ax, contact, touching, BLACK)
     count = int(touching.sum())

@@ -12,7 +12,9 @@ from .style import TEXT, printed_label, round_ticks, tidy, unit_formatter
 COLOURS = {"height": "mako", "pressure": "rocket_r", "displacement": "crest", "gap": "mako_r"}
 
 
-def image(ax, values, extent, name: str, cmap: str, *, limits=(None, None), middle=None, bar: bool = True, extend=""):
+def image(
+    ax, values, extent, name: str, cmap: str, *, limits=(None, None), middle=None, bar: bool = True, extend="neither"
+):
     """Draw values along (x, y) as an image, with a colour bar labelled from the schema, and return the bar.
 
     ``middle`` is the value in the middle of the colours, whose halves then have scales of their own.
@@ -22,7 +24,7 @@ def image(ax, values, extent, name: str, cmap: str, *, limits=(None, None), midd
     norm = Normalize(*limits) if middle is None else TwoSlopeNorm(middle, *limits)
     style = {"norm": norm, "cmap": colour_map(cmap), "origin": "lower", "aspect": "equal"}
     mappable = ax.imshow(np.asarray(values, dtype=float).T, extent=extent, **style)
-    return colorbar(ax, mappable, name, extend or ("neither" if limits[0] is None else "both")) if bar else None
+    return colorbar(ax, mappable, name, extend) if bar else None
 
 
 def colorbar(ax, mappable, name: str, extend: str = "neither"):

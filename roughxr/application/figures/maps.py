@@ -52,7 +52,8 @@ def scan_map(
     """
     ds = schema.validate(ds, "scan")
     ax = axes(ax, aspect=0.85)
-    image(ax, ds["height"], regions.extent(ds), "height", COLOURS["height"], limits=limits)
+    extend = "neither" if tuple(limits) == (None, None) else "both"
+    image(ax, ds["height"], regions.extent(ds), "height", COLOURS["height"], limits=limits, extend=extend)
     if catalogue is not None:
         _ellipses(ax, schema.validate(catalogue, "asperities"))
     if subregions is not None:

@@ -87,8 +87,8 @@ def paper_figures(run: Run, names: Iterable[str] | None = None) -> Iterator[tupl
         yield name, figure
 
 
-def _asperity(run: Run, x: str, y: str):
-    """Draw one asperity's curves by Hertz and JKR, in JKR's own units, with its critical points."""
+def _asperity_curves(run: Run) -> Iterator[dict[str, np.ndarray]]:
+    """Yield the states of one asperity by JKR, from its unstable end, and by Hertz, in JKR's own units."""
     pair = read_pair(run["scan"])
     sphere: dict[str, Any] = {"radius": pair.sphere_radius, "contact_modulus": pair.contact_modulus}
     units = reference.jkr_paraboloid([0.0], **sphere, work_of_adhesion=pair.work)
@@ -97,11 +97,13 @@ def _asperity(run: Run, x: str, y: str):
     stable, unstable = (branches.sel(branch=name, drop=True) for name in ("stable", "unstable"))
     path = [unstable.isel(delta=slice(None, None, -1)), stable]
     curve = xr.concat(path, "delta", coords="minimal", compat="override").dropna("delta")
-    contacts = (curve, reference.hertz(delta[delta > 0], **sphere))
-    jkr, hertz = (
-        {name: (contact[variable] / units[unit]).values for name, (variable, unit, _) in _IN_UNITS.items()}
-        for contact in contacts
-    )
+    for contact in (curve, reference.hertz(delta[delta > 0], **sphere)):
+        yield {name: (contact[variable] / units[unit]).values for name, (variable, unit, _) in _IN_UNITS.items()}
+
+
+def _asperity(run: Run, x: str, y: str):
+    """Draw one asperity's curves by Hertz and JKR, in JKR's own units, with its critical points."""
+    jkr, hertz = _asperity_curves(run)
     first = int(np.argmin(jkr[x]))  # where the stable branch begins
     ax = axes(aspect=0.8)
     ax.plot(hertz[x], hertz[y], label="Hertz", **stroke(1))
