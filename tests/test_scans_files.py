@@ -119,7 +119,7 @@ def test_channels_are_chosen_by_name_number_and_direction(tmp_path):
         xr.testing.assert_equal(open_scan(path, **options), backward)
     with pytest.raises(UnreadableScan, match="channel 'Phase', found none among 0: 'Height' trace"):
         open_scan(path, channel="Phase")
-    with pytest.raises(ValueError, match="expected 'trace' or 'retrace', found 'forward'"):
+    with pytest.raises(ValueError, match="expected one of 'trace', 'retrace', found 'forward'"):
         open_scan(path, scan_direction="forward")
 
 

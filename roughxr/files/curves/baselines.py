@@ -102,7 +102,13 @@ def straight_baseline(z: np.ndarray, force: np.ndarray, size: int) -> tuple[Base
     count = _straight(mean_z, mean_force, variance)
     # used part of the longest stretch, whose end may contain an undetected weak tension
     parts = [int(part * count) for part in (0.65, *_PARTS)] + [n for n in _BEYOND if count < _BEYOND[0] <= bins]
-    line, *others = (_fitted_line(mean_z, mean_force, variance, min(max(part, 4), bins)) for part in parts)
+    counts = np.clip(parts, 4, bins)
+    lines = _lines_through(mean_z - z[0], mean_force, counts)
+    level_errors = np.sqrt(np.maximum(variance, lines.misfit) / counts)
+    tilt_errors = level_errors / np.sqrt(lines.variance)
+    line, *others = map(
+        Baseline, z[0] + lines.centre, lines.level, lines.tilt, level_errors, tilt_errors, mean_z[counts - 1]
+    )
     far = z <= line.end
     off = force[far] - line.force(z[far])
     noise = np.sqrt((off**2).sum() / max(off.size - 2, 1))
@@ -132,38 +138,20 @@ def _straight(z: np.ndarray, force: np.ndarray, variance: float) -> int:
         return z.size
     counts = np.arange(_LEAST_BINS, z.size + 1)
     x = (z - z[0]) / np.ptp(z)
-    powers = x[:, None] ** np.arange(5)
-    sums, products = (np.cumsum(column, axis=0) for column in (powers, powers[:, :3] * force[:, None]))
-    moments = sums[counts[:, None, None] - 1, np.add.outer(np.arange(3), np.arange(3))]
-    right = products[counts - 1][..., None]
-    bend = np.linalg.solve(moments, right)[:, 2, 0]
-    # largest deviation of the last bins of a stretch from its line, and of its curvature from 0, in standard deviations
-    threshold = 4.5
-    off = np.abs(bend) > threshold * np.sqrt(variance * np.linalg.inv(moments)[:, 2, 2])
-    line = np.linalg.solve(moments[:, :2, :2], right[:, :2])[..., 0]
-    for last in (np.ones_like(counts), counts // 4):
-        since = counts - last - 1
-        mean_x, mean_force = (
-            (column[counts - 1] - np.where(since < 0, 0.0, column[since])) / last
-            for column in (sums[:, 1], products[:, 0])
-        )
-        off |= np.abs(mean_force - line[:, 0] - line[:, 1] * mean_x) > threshold * np.sqrt(variance / last)
+    lines = _lines_through(x, force, counts)
+    deviation = force[counts - 1] - lines.level - lines.tilt * (x[counts - 1] - lines.centre)
+    # largest deviation of the last bin of a stretch from its line, and of its bend from 0, in standard deviations
+    largest = 4.5 * np.sqrt(variance)
+    off = (np.abs(deviation) > largest) | (np.abs(_bends(x, force, counts)) > largest)
     return int(counts[np.argmax(off)] - 1) if off.any() else z.size
 
 
-def _fitted_line(z: np.ndarray, force: np.ndarray, variance: float, count: int) -> Baseline:
-    """Return the straight line through the first bins, with the standard errors of its coefficients."""
-    z = z[:count]
-    force = force[:count]
-    centre = z.sum() / z.size
-    level = force.sum() / force.size
-    x = z - centre
-    spread = float(x @ x)
-    tilt = float(x @ force) / spread
-    misfit = force - level - tilt * x
-    scatter = max(variance, float(misfit @ misfit) / max(count - 2, 1))
-    level_error, tilt_error = (np.sqrt(scatter / weight) for weight in (count, spread))
-    return Baseline(centre, level, tilt, level_error, tilt_error, float(z[-1]))
+def _bends(x: np.ndarray, y: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the last coefficient of parabolas through the first values of each count, over its error by that of y."""
+    powers = x[:, None] ** np.arange(5)
+    sums, products = (np.cumsum(column, axis=0)[counts - 1] for column in (powers, powers[:, :3] * y[:, None]))
+    inverse = np.linalg.inv(sums[:, np.add.outer(np.arange(3), np.arange(3))])
+    return (inverse[:, 2] * products).sum(axis=1) / np.sqrt(inverse[:, 2, 2])
 
 
 def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float, *, shortest: float = 0.15) -> Baseline:
@@ -203,12 +191,14 @@ class _Lines(NamedTuple):
 
 def _lines_through(x: np.ndarray, y: np.ndarray, counts: np.ndarray) -> _Lines:
     """Return the lines through the first values of each count."""
+    first = y[0]
+    y = y - first  # for the precision of its squares
     sums = np.cumsum(np.stack([x, x**2, y, x * y, y**2]), axis=1)[:, counts - 1] / counts
     variance_x, variance_y = sums[1] - sums[0] ** 2, sums[4] - sums[2] ** 2
     positive = np.maximum(variance_x, 1e-300)
     tilt = (sums[3] - sums[0] * sums[2]) / positive
     misfit = np.maximum(variance_y - tilt**2 * variance_x, 0.0) * counts / np.maximum(counts - 2, 1)
-    return _Lines(sums[0], sums[2], tilt, positive, misfit)
+    return _Lines(sums[0], first + sums[2], tilt, positive, misfit)
 
 
 def extrapolated_level(force: np.ndarray, gap: int, noise: float) -> tuple[float, float]:

@@ -7,6 +7,7 @@ fractional bits, which the trigger shows: the force reaches its threshold in con
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
 from io import StringIO
@@ -18,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from ...mechanics.vocabulary.refusal import Refusal
-from ..images.channel import first_bytes
+from ..images.channel import first_bytes, refuse_other_size
 from ..images.nanoscope_header import LARGEST_HEADER, SCALED, SENSITIVITY, Block, header_blocks, header_values
 from ..images.plain import decoded
 from . import curve_reader
@@ -182,7 +183,7 @@ class _Quantity(NamedTuple):
     """A quantity of all curves of a NanoScope file."""
 
     counts: np.ndarray  # (curves, samples), on disk
-    factor: float  # of a count, in V
+    factor: float  # of a count, in V, m or N
     sensitivity: str  # its name
 
 
@@ -201,27 +202,33 @@ def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     newtons = forces.factor / 2**bits
     for name in _CALIBRATION:
         newtons *= metadata.get(name, np.nan)
+    columns = partial(_nanoscope_columns, forces._replace(factor=newtons), _heights(path, sensor, values, count), sizes)
+    for number in range(count):
+        places = _place(number, count, header, scans) if count > 1 else {}
+        yield {"metadata": {**metadata, **places}, "data": partial(columns, number), "needed": _CALIBRATION}
+
+
+def _heights(path: Path, sensor: dict[str, str] | None, values: dict[str, str], count: int) -> _Quantity | np.ndarray:
+    """Return the heights of all curves in m by a sensor, else those of each, in the order of time, by the ramp."""
+    sizes = _sample_counts(values)
     if sensor is None:
-        heights = None
-        ramp = (_sine_heights if _is_peak_force(values) else _ramp_heights)(values, sizes)
-    else:
-        heights = _stored(path, sensor, count, sum(sizes))
-        metres = -heights.factor * _nanoscope_calibration(values, heights.sensitivity).get("sensitivity", np.nan)
+        return (_sine_heights if _is_peak_force(values) else _ramp_heights)(values, sizes)
+    measured = _stored(path, sensor, count, sum(sizes))
+    metres = _nanoscope_calibration(values, measured.sensitivity).get("sensitivity", np.nan)
+    return measured._replace(factor=-measured.factor * metres)
+
+
+def _nanoscope_columns(
+    forces: _Quantity, heights: _Quantity | np.ndarray, sizes: tuple[int, int], number: int
+) -> dict[str, np.ndarray]:
+    """Return the samples of a curve in the order of time."""
     # a branch that stopped at the trigger is filled up to half of the stored samples
     stored = forces.counts.shape[1]
     retraction = stored // 2 if stored > sum(sizes) else sizes[0]
     in_time = np.r_[sizes[0] - 1 : -1 : -1, retraction : retraction + sizes[1]]
-
-    def columns(number: int) -> dict[str, np.ndarray]:
-        return {
-            "height (measured)": ramp if heights is None else (heights.counts[number] * metres)[in_time],
-            "force": (forces.counts[number] * newtons)[in_time],
-            "segment": np.repeat([0, 1], sizes),
-        }
-
-    for number in range(count):
-        places = _place(number, count, header, scans) if count > 1 else {}
-        yield {"metadata": {**metadata, **places}, "data": partial(columns, number), "needed": _CALIBRATION}
+    force = (forces.counts[number] * forces.factor)[in_time]
+    height = (heights.counts[number] * heights.factor)[in_time] if isinstance(heights, _Quantity) else heights
+    return {"height (measured)": height, "force": force, "segment": np.repeat([0, 1], sizes)}
 
 
 def _force_images(blocks: list[Block]) -> tuple[dict[str, str], dict[str, str] | None]:
@@ -242,9 +249,7 @@ def _is_peak_force(header: dict[str, str]) -> bool:
 
 def _sample_counts(values: dict[str, str]) -> tuple[int, int]:
     """Return the numbers of samples of the extension and of the retraction."""
-    counts = [int(word) for word in values.get("samps/line", "").split() if word.isdecimal()]
-    if len(counts) not in (1, 2) or not all(counts):
-        raise Refusal("", "the samples of extension and retraction", values.get("samps/line", "none"))
+    counts = [int(word) for word in values["samps/line"].split() if word.isdecimal()]
     if values.get("samps/line, retrace") == str(counts[0]):  # of the retraction
         counts = counts[::-1]
     return counts[0], counts[-1]
@@ -261,18 +266,24 @@ def _curve_count(header: dict[str, str], scans: list[dict[str, str]]) -> int:
     return int(scans[0]["samps/line"].split()[0]) * int(scans[0]["number of lines"])
 
 
+def _entry(pattern: re.Pattern, header: dict[str, str], name: str) -> re.Match:
+    """Return an entry of a header; raise KeyError if it is missing or has another form."""
+    entry = pattern.match(header.get(name, ""))
+    if entry is None:
+        raise KeyError(name)
+    return entry
+
+
 def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Quantity:
     """Return a quantity of the curves; the width of its integers is their size over their number."""
-    if not all(image.get(key, "").isdecimal() for key in ("data offset", "data length")):
-        raise Refusal("", "a header with offset and length of the data", "none: damaged")
     offset = int(image["data offset"])
-    width = int(image["data length"]) // (samples * count)
-    scale = SCALED.match(image.get("z scale", ""))
-    if width not in (2, 4) or scale is None or not scale["lsb"]:
-        raise Refusal("", f"{count} × {samples} integers with a scale in V/LSB", f"{width} bytes for each")
-    if path.stat().st_size < offset + samples * count * width:
-        raise Refusal("", f"{samples * count} samples", "a shorter file: cut short?")
-    stored = int(image["data length"]) // (width * count)  # with filler
+    length = int(image["data length"])
+    scale = _entry(SCALED, image, "z scale")
+    width = length // (samples * count)
+    if width not in (2, 4):
+        raise Refusal("", f"{count} × {samples} integers of 2 or 4 bytes", f"{width} bytes for each")
+    refuse_other_size(path, offset + samples * count * width, may_be_longer=True)
+    stored = length // (width * count)  # with filler
     stored = stored if path.stat().st_size >= offset + stored * count * width else samples
     counts = np.memmap(path, f"<i{width}", "r", offset, (count, stored))
     return _Quantity(counts, float(scale["lsb"]), scale["quantity"] or "")
@@ -300,11 +311,8 @@ def _fractional_bits(stored: _Quantity, sizes: tuple[int, int], header: dict[str
 
 def _ramp_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
     """Return the heights (m) of extension and retraction, in the order of time."""
-    ramp = SCALED.match(values.get("ramp size", values.get("ramp size zsweep", "")))
-    sensitivity = SENSITIVITY.match(values.get("sens. zsens", ""))
-    if ramp is None or sensitivity is None:
-        raise Refusal("", "the size of the ramp and the sensitivity of the piezo", "none")
-    length = float(ramp["value"]) * float(sensitivity["value"]) * 1e-9
+    ramp = _entry(SCALED, values, "ramp size" if "ramp size" in values else "ramp size zsweep")
+    length = float(ramp["value"]) * float(_entry(SENSITIVITY, values, "sens. zsens")["value"]) * 1e-9
     step = length / max(max(sizes) - 1, 1)
     extension, retraction = (step * np.arange(size) for size in sizes)
     return np.concatenate([extension[::-1], retraction])
@@ -312,16 +320,14 @@ def _ramp_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
 
 def _sine_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
     """Return the heights (m) of a period of PeakForce tapping, lowest at the synchronisation."""
-    amplitude = values.get("peak force amplitude", "")
-    if not _is_number(amplitude.removesuffix("nm")):
-        raise Refusal("", "the amplitude of PeakForce tapping", "none")
+    amplitude = float(values["peak force amplitude"].removesuffix("nm")) * 1e-9
     period = sum(sizes)
     lowest = float(sizes[0])
     points = values.get("sample points", "")
     synchronisation = values.get("sync distance qnm", "")
     if _is_number(synchronisation) and float(synchronisation) > 0 and _is_number(points):
         lowest = float(synchronisation) * (1.0 if float(points) == sizes[0] else period / float(points))
-    return -float(amplitude.removesuffix("nm")) * 1e-9 * np.cos(2 * np.pi * (np.arange(period) - lowest) / period)
+    return -amplitude * np.cos(2 * np.pi * (np.arange(period) - lowest) / period)
 
 
 def _place(number: int, count: int, header: dict[str, str], scans: list[dict[str, str]]) -> dict[str, float]:

@@ -322,19 +322,25 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
         return result._replace(pull_off_at_most=result.detection_limit, reason=_NO_PULL)
     if zero is None and lowest < flat.size // 100:
         return result._replace(reason=_NOT_PRESSED)
-    minimum, own_error = _largest_tension(time, flat, pull)
-    if _is_saturated(force, lowest, z <= line.end):
-        return result._replace(pull_off_at_least=-minimum, reason=_SATURATED)
-    has_one_level = pull.step is not None or isinstance(share, tuple) or line.spread > 0
-    slow_return = 0.0 if has_one_level else _slow_return(force, z, pull) / 2
-    error = float(np.linalg.norm([own_error, pull.error, line.spread, slow_return]))
-    result = result._replace(pull_off_force=slow_return - minimum, pull_off_standard_error=error)
-    if zero is None:
+    result = result._replace(**_measured_pull(time, z, force, pull, isinstance(share, tuple)))
+    if zero is None or result.reason:
         return result
     return result._replace(
         pull_off_distance=float(z[zero] - z[lowest] + (flat[lowest] - flat[zero]) / stiffness),
         work_of_separation=np.trapezoid(flat[zero:], z[zero:]),
     )
+
+
+def _measured_pull(time: np.ndarray, z: np.ndarray, force: np.ndarray, pull: Pull, is_stated: bool) -> dict[str, Any]:
+    """Return a pull with its standard error, or its least size if the detector is saturated."""
+    line = pull.line
+    minimum, own_error = _largest_tension(time, force - line.force(z), pull)
+    if _is_saturated(force, pull.lowest, z <= line.end):
+        return {"pull_off_at_least": -minimum, "reason": _SATURATED}
+    has_one_level = pull.step is not None or is_stated or line.spread > 0
+    slow_return = 0.0 if has_one_level else _slow_return(force, z, pull) / 2
+    error = float(np.linalg.norm([own_error, pull.error, line.spread, slow_return]))
+    return {"pull_off_force": slow_return - minimum, "pull_off_standard_error": error}
 
 
 def _largest_tension(time: np.ndarray, flat: np.ndarray, pull: Pull) -> tuple[float, float]:
@@ -546,12 +552,12 @@ def _lowest_sample(force: np.ndarray) -> tuple[int, float]:
 def _first_free_sample(force: np.ndarray, lowest: int, losses: list[_Rupture], noise: float) -> int:
     """Return the first sample after the jump; the size without a jump.
 
-    The jump follows the lowest force at once on a soft cantilever, later on a stiff one.
+    The jump follows the lowest force at once on a soft cantilever, with the next rupture on a stiff one.
     """
     first = _detachment_sample(force, lowest, noise)
     if first > lowest + _LONGEST_JUMP:
         later = [rupture for rupture in losses if rupture.end > lowest]
-        first = max(later, key=lambda rupture: rupture.height).end if later else force.size
+        first = later[0].end if later else force.size
     return first
 
 
@@ -592,47 +598,33 @@ def _line_after_jump(
     tilt, offset = line_through(z[first:] - at, force[first:])
     flat = force - offset - tilt * (z - at)
     later = [rupture for rupture in losses if rupture.end > first + _RUPTURE_SAMPLES]
-    free = _free_level(flat, lowest, first, later, straight.force(at) - offset, noise)
-    if not free.error < np.inf:
+    level, level_error, beyond = _free_level(flat, lowest, first, later, straight.force(at) - offset, noise)
+    is_straight = beyond > first and straight.error(at) < level_error
+    if is_straight or not level_error < np.inf:
         return straight
-    if free.beyond > first and straight.error(at) < free.error:
-        # a kink of interference looks like a slow step: the middle is taken
-        unsure = 0.0 if later else free.tension / 2
-        error = np.hypot(straight.level_error, unsure)
-        return straight._replace(level=straight.level - unsure, level_error=error)
-    level = free.level
-    doubt = max(abs(level) / 2 if free.beyond == first else 0.0, float(flat[free.beyond :].std()))
+    error = np.hypot(level_error, flat[beyond:].std())
     tail = straight.force(at) - offset - level
     # a stretch this long, as a share of the free part, may end in the tail of a weak tension that no jump ends
     is_long = straight.longest - z[-1] > 0.4 * (at - z[-1])
     spread = 0.0
-    if is_long and abs(tail) > 2 * np.hypot(straight.error(at), free.error):
+    if is_long and abs(tail) > 2 * np.hypot(straight.error(at), level_error):
         level += tail / 2
         spread = abs(tail) / 2
-    error = np.hypot(free.error, doubt)
-    length = z[first] - z[-1]
     interference = np.sqrt(6) * flat[first:].std()  # of two periods or so
-    tilt_error = np.hypot(noise * np.sqrt(12 / flat[first:].size), interference) / length
+    tilt_error = np.hypot(noise * np.sqrt(12 / flat[first:].size), interference) / (z[first] - z[-1])
     noise = max(noise, straight.noise)
-    return Baseline(at, offset + level, tilt, error, tilt_error, z[free.beyond], straight.longest, noise, spread)
-
-
-class _FreeLevel(NamedTuple):
-    """The force of the free cantilever at the lowest sample, less a straight line; nN."""
-
-    level: float
-    error: float
-    tension: float  # left after the jump, if the straight baseline is right
-    beyond: int  # first sample after all losses of tension
+    return Baseline(at, offset + level, tilt, error, tilt_error, z[beyond], straight.longest, noise, spread)
 
 
 def _free_level(
     flat: np.ndarray, lowest: int, first: int, later: list[_Rupture], straight_level: float, noise: float
-) -> _FreeLevel:
-    """Return the level by the samples after the jump, or by those after later losses of tension."""
+) -> tuple[float, float, int]:
+    """Return the force of the free cantilever at the lowest sample, its error, and the first sample after all losses.
+
+    It follows from the samples after the jump, or from those after later losses of tension.
+    """
     level, error = extrapolated_level(flat[first:], first - lowest, noise)
-    tension = straight_level - level
-    count, height = last_step(flat[first:], noise) if later or tension > 0 else (0, 0.0)
+    count, height = last_step(flat[first:], noise) if later or straight_level > level else (0, 0.0)
     beyond = max([first + count, *(rupture.end + 1 for rupture in later)])
     tension_after = max(height, sum(rupture.height for rupture in later))
     levels = [(np.hypot(error, tension_after / 2), level + tension_after)]
@@ -640,7 +632,7 @@ def _free_level(
         level, error = extrapolated_level(flat[beyond:], beyond - lowest, noise)
         levels.append((error, level))
     error, level = min(levels)
-    return _FreeLevel(level, error, tension, beyond)
+    return level, error, beyond
 
 
 class _Rupture(NamedTuple):
@@ -663,7 +655,7 @@ def _ruptures(force: np.ndarray) -> list[_Rupture]:
     neighbour[distance:] = np.maximum(neighbour[distance:], rise[:-distance])
     spread = median(np.abs(rise - median(rise))) / 0.6745  # larger than white noise gives if correlated
     significant = rise > _RUPTURE_SIGNIFICANCE * max(noise * np.sqrt(2 / n), spread)
-    sudden = significant & (neighbour < np.maximum(_STEADY * rise, 3 * noise))
+    sudden = significant & (neighbour < _STEADY * rise)
     if not sudden.any():
         return []
     edges = np.flatnonzero(np.diff(sudden, prepend=False, append=False))
@@ -728,7 +720,7 @@ def _minimum(
     ``time`` is the recorded number of each sample, which has gaps where samples are missing, and no noise.
     """
     ends = max(at - _HALF_WIDTH, 0), min(at + _HALF_WIDTH, end)
-    first, last = _samples_near(force[:end], at, spread * noise)
+    first, last = _range_around(np.abs(force[:end] - force[at]) > spread * noise, at)
     steep = end == force.size and last - first < _LEAST_LOW
     best = _Minimum(np.nan, np.inf, (0, 0))
     ranges = set()
@@ -746,11 +738,6 @@ def _minimum(
             break
         first, last = low.reach
     return best.force, best.error
-
-
-def _samples_near(force: np.ndarray, at: int, spread: float) -> tuple[int, int]:
-    """Return the range of samples around the lowest that equal it within a spread."""
-    return _range_around(np.abs(force - force[at]) > spread, at)
 
 
 def _range_around(away: np.ndarray, at: int) -> tuple[int, int]:
@@ -774,37 +761,36 @@ def _parabola(
     time: np.ndarray, force: np.ndarray, used: slice, ends: tuple[int, int], noise: float, *, detached: bool
 ) -> _Minimum:
     """Return the lowest point, between the ends, of a parabola through the used samples."""
+    powers = np.arange(3)
     centre = (time[used.start] + time[used.stop - 1]) / 2
-    scale = time[used.stop - 1] - centre
-    x = (time[slice(*ends)] - centre) / scale
-    window = slice(used.start - ends[0], used.stop - ends[0])
-    design = x[:, None] ** np.arange(3)
-    covariance = np.linalg.inv(design[window].T @ design[window])
-    coefficients = covariance @ (force[used] @ design[window])
-    height = design @ coefficients
-    lowest = window.start + int(np.argmin(height[window]))
+    x = (time - centre) / (time[used.stop - 1] - centre)  # from -1 to 1
+    design = x[used, None] ** powers
+    covariance = np.linalg.inv(design.T @ design)
+    coefficients = covariance @ (force[used] @ design)
+    height = x[slice(*ends), None] ** powers @ coefficients
+    used_height = design @ coefficients
+    lowest = used.start + int(np.argmin(used_height))
     vertex = x[lowest]
     if coefficients[2] > 0:
-        vertex = np.clip(-coefficients[1] / (2 * coefficients[2]), x[window].min(), x[window].max())
-    row = _parabola_terms(vertex)
+        vertex = np.clip(-coefficients[1] / (2 * coefficients[2]), -1.0, 1.0)
+    row = vertex**powers
     low = row @ coefficients
-    first, last = _range_around(height - low > _PARABOLA_SPREAD * noise, lowest)
-    unseen = 0.0
+    first, last = _range_around(height - low > _PARABOLA_SPREAD * noise, lowest - ends[0])
     if detached:
-        beyond = _parabola_terms((time[ends[1]] - centre) / scale)
+        sharp = 0.0
+        beyond = x[ends[1]] ** powers
         unseen = max(float((row - beyond) @ coefficients), 0.0)
         row = (row + beyond) / 2 if unseen else row
-    error = noise * np.sqrt(row @ covariance @ row)
-    rise = float((height[window.start] + height[window.stop - 1]) / 2 - low)
+        shape_error = unseen / np.sqrt(12)
+    else:
+        sharp = _sharp_depth(used_height - low)
+        shape_error = 2 * sharp
+    error = np.hypot(noise * np.sqrt(row @ covariance @ row), shape_error)
+    return _Minimum(float(row @ coefficients) - sharp, error, (ends[0] + first, ends[0] + last))
+
+
+def _sharp_depth(heights: np.ndarray) -> float:
+    """Return how much lower than a parabola through samples their minimum is likely to be, with twice that as error."""
     # a sharp minimum between two lines is lower than the parabola by 0.2 of the rise to its ends; a round minimum is
-    # not. Subtract half of this, with an error of the whole, since one side may be steeper.
-    sharp = 0.0 if detached else 0.1 * max(rise, 0.0)
-    return _Minimum(
-        float(row @ coefficients) - sharp,
-        float(np.linalg.norm([error, 2 * sharp, unseen / np.sqrt(12)])),
-        (ends[0] + first, ends[0] + last),
-    )
-
-
-def _parabola_terms(x: float) -> np.ndarray:
-    return np.array([1.0, x, x**2])
+    # not. Half of this, with an error of the whole, since one side may be steeper.
+    return 0.1 * max(float(heights[0] + heights[-1]) / 2, 0.0)

@@ -289,8 +289,6 @@ def _pull_off_magnitudes(path: Path, values: np.ndarray, units: str | None, cali
 
 def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path: Path) -> Channel:
     """Return the requested image, by default the only image of adhesion."""
-    if direction is not None:
-        schema.one_of(direction, ("trace", "retrace"), "scan_direction")
     if channel is None:
         fitting = [candidate for candidate in channels if "adhes" in candidate.name.lower()]
         fitting = fitting or [candidate for candidate in channels if converts(candidate.units, "nN")]

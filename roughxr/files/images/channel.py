@@ -16,7 +16,7 @@ import numpy as np
 
 from ...mechanics.scans.plausibility import missing_mark
 from ...mechanics.vocabulary.refusal import Refusal, shown
-from ...mechanics.vocabulary.schema import SMALLEST_LENGTH
+from ...mechanics.vocabulary.schema import SMALLEST_LENGTH, one_of
 from ...mechanics.vocabulary.text import Argument, Phrase, printable
 from ...mechanics.vocabulary.units import converts, factor, is_whole
 from . import reader_process
@@ -207,8 +207,6 @@ _STATE_UNITS = Phrase("if these are heights, state their units, ", Argument("hei
 
 def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
     """Return the channel with this name or number and direction; by default the first image of heights."""
-    if direction not in (None, "trace", "retrace"):
-        raise Refusal("scan_direction", "'trace' or 'retrace'", f"{direction!r}")
     fitting = channels_in_direction(channels_named(channels, channel), direction)
     advice = _STATE_UNITS
     if any(image.units for image in channels):
@@ -259,6 +257,7 @@ def channels_in_direction(channels: list[Channel], direction: str | None) -> lis
     """Return the channels in this direction; by default all that are not retrace, or all."""
     if direction is None:
         return [image for image in channels if image.direction != "retrace"] or channels
+    one_of(direction, ("trace", "retrace"), "scan_direction")
     return [image for image in channels if image.direction == direction]
 
 

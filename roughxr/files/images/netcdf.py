@@ -150,11 +150,8 @@ def _ratio(variable: xr.DataArray, path: Path) -> float:
     return length_factor(path, _units(variable), "'units' of a length", where=(str(variable.name),))
 
 
-def _scan(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
-    """Return the labelled, unread scan of a variable, with ascending axes; roughxr's own files keep everything else.
-
-    Drop the encoding: packing would quantise results.
-    """
+def _axes(ds: xr.Dataset, name: str, path: Path) -> tuple[str, str]:
+    """Return the names of the dimensions of a variable along x and y."""
     named = {}
     for dim in map(str, ds[name].dims):
         if dim not in ds.coords:
@@ -162,7 +159,15 @@ def _scan(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
         named[str(ds[dim].attrs.get("axis", dim)).lower()] = dim
     if set(named) != {"x", "y"}:
         raise UnreadableScan(path, "dimensions x and y (or axis attributes)", f"{ds[name].dims}", where=(name,))
-    dims = (named["x"], named["y"])
+    return named["x"], named["y"]
+
+
+def _scan(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
+    """Return the labelled, unread scan of a variable, with ascending axes; roughxr's own files keep everything else.
+
+    Drop the encoding: packing would quantise results.
+    """
+    dims = _axes(ds, name, path)
     ratios = [_ratio(ds[dim], path) for dim in dims]
     upwards = ds.isel({dim: slice(None, None, -1) for dim in dims if ds[dim].values[-1] < ds[dim].values[0]})
     values = [np.asarray(upwards[dim].values, dtype=float) * ratio for dim, ratio in zip(dims, ratios)]
