@@ -24,15 +24,13 @@ class Events(NamedTuple):
     touch: EllipseState
 
 
-@kernel
 def _state(P, a, b, delta, scales):
-    """A starred state (b* divided by λ) in nN and nm."""
+    """Return a starred state (b* divided by λ) in nN and nm."""
     return EllipseState(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b, scales.delta * delta)
 
 
-@kernel
 def asperity_events(scales, law):
-    """The ``Events`` of one asperity."""
+    """Return the ``Events`` of one asperity."""
     if scales.end == 0.0 or np.isnan(scales.end):
         nothing = EllipseState(scales.end, scales.end, scales.end, scales.end)
         return Events(nothing, nothing, nothing)

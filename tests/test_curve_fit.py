@@ -82,8 +82,15 @@ def covered(count, soft, errors, **options):
     return np.array(inside), np.array(width)
 
 
-@pytest.mark.parametrize("soft", [False, True])
-@pytest.mark.parametrize("errors", [(0.0, 0.0), (0.1, 0.03)])
+@pytest.mark.parametrize(
+    ("soft", "errors"),
+    [
+        (False, (0.0, 0.0)),
+        (True, (0.0, 0.0)),
+        (True, (0.1, 0.03)),
+        pytest.param(False, (0.1, 0.03), marks=pytest.mark.soak),
+    ],
+)
 def test_intervals_contain_modulus_and_work(soft, errors):
     """Of 200 curves each, tests/benchmarks/fitted_curves.py."""
     inside, width = covered(16, soft, errors, drift=1.0)

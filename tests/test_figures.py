@@ -732,7 +732,7 @@ def test_every_figure_of_the_package_is_among_those_whose_ticks_are_compared():
     assert set(figures.__all__) <= set(FIGURES)
 
 
-@pytest.mark.parametrize("size", [1, 3000])
+@pytest.mark.parametrize("size", [pytest.param(1, marks=pytest.mark.soak), 3000])
 @pytest.mark.parametrize("name", FIGURES)
 def test_tick_text_times_unit_is_the_position(run, name, size):
     assert_ticks_are_true(np.ravel(FIGURES[name](run, size))[0].figure)

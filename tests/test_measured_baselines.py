@@ -95,7 +95,7 @@ def test_the_limit_of_a_weak_pull_holds(pull, slope):
     rng = np.random.default_rng(3)
     x = np.arange(1500) - 600.0
     results = []
-    for _ in range(60):
+    for _ in range(40):
         shifted = x - rng.uniform()
         force = np.where(shifted < 0, np.minimum(-pull - slope * shifted, 100.0), 0.0)
         results.append(evaluated_retraction(-x, force + rng.normal(0, 1, x.size), np.inf, 1.0))

@@ -32,7 +32,7 @@ from .afm_files import WRITERS, given, image_size, picture, write_asd, write_bin
 from .surfaces import rough, scan
 
 SECONDS = 5
-FLIPS = 24
+FLIPS = 16
 
 #: How many of the first bytes are header, where a format has heights after them.
 HEADER = {"gsf": 152, "gwy": 235, "text": 90, "npy": 128, "surfacetopography": 384, "bruker": 1200, "igor": 384}
