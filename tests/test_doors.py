@@ -118,7 +118,7 @@ def test_no_command_replaces_a_users_file(name, finished, tmp_path, monkeypatch,
     assert finished.read_bytes() == archived
 
 
-@pytest.mark.parametrize("name", [name for name, words in COMMANDS.items() if words[0] != "detach"])
+@pytest.mark.parametrize("name", [name for name in COMMANDS if COMMANDS[name][0] != "detach"])
 def test_a_command_replaces_its_own_earlier_output(name, finished, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     own_files(tmp_path)
