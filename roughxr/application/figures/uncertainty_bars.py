@@ -52,7 +52,7 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
         ax.plot(remaining[is_remedied], rows[:-1][is_remedied], "|", color=ORANGE, **mark)
     legend(ax)
     ax.set_yticks(rows, list(entries))
-    label = "standard deviation of ln(mean pull-off force) [%]"
+    label = "standard deviation of ln(mean pull-off) [%]"
     longest = float((std + error).max())
     ax.set(ylim=(len(entries) - 0.5, -0.5), xlim=(0, 1.4 * longest or 1.0), xlabel=label)
     ax.tick_params(axis="y", length=0)

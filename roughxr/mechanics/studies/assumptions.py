@@ -98,10 +98,9 @@ HUMID = ("humidity", "contact angle")
 
 def pair_factors(ds: xr.Dataset) -> dict[str, tuple]:
     """Return a pair's factors and settings: hardness and layer only if assigned, of liquid only for a humid pair."""
-    absent = set() if schema.is_humid(ds) else {*HUMID}
-    absent |= set() if "hardness" in ds.coords else {"hardness"}
-    absent |= set() if schema.is_coated(ds) else {"layer thickness"}
-    return {name: ERROR_SOURCES[name].settings for name in CHANGED if name not in absent}
+    is_assigned = dict.fromkeys(HUMID, schema.is_humid(ds))
+    is_assigned |= {"hardness": "hardness" in ds.coords, "layer thickness": schema.is_coated(ds)}
+    return {name: ERROR_SOURCES[name].settings for name in CHANGED if is_assigned.get(name, True)}
 
 
 def range_deviation(ds: xr.Dataset) -> float:

@@ -52,7 +52,7 @@ class Base(NamedTuple):
 
 
 class FactorCase(NamedTuple):
-    """A factor at one of its settings, with its change, or the reason why that is unknown."""
+    """A factor at one of its settings, with its change, or the reason why it is refused."""
 
     factor: str
     setting: Any
@@ -81,9 +81,7 @@ def changes(
     weight = shares(places).values
     solved = _solved([case_base for pair in pairs.values() for case_base in pair], places, base.ds)
     for k, (changed, reference) in pairs.items():
-        change = mean_change(solved[changed.key], solved[reference.key], weight)
-        reason = "" if change.places else "no place was solved in both cases"
-        cases[k] = cases[k]._replace(change=change, reason=reason)
+        cases[k] = cases[k]._replace(change=mean_change(solved[changed.key], solved[reference.key], weight))
     return cases
 
 

@@ -206,7 +206,7 @@ def _error_of_factor(
     """Return the error by the largest change among a factor's settings, or by their slope for another deviation."""
     known = [case for case in cases if case.change.places]
     if not known:
-        return KnownError(tried_places=tried * len(cases), reason=cases[0].reason if cases else "")
+        return KnownError(tried_places=tried, reason=cases[0].reason) if cases else KnownError()
     largest = max(known, key=lambda case: abs(case.change.value))
     slope = _slope(factor, known)
     change = largest.change
