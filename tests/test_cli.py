@@ -1,6 +1,7 @@
 """The command line, as a user meets it: its products, its words, its exit status."""
 
 import contextlib
+import gc
 import html
 import io
 import json
@@ -445,7 +446,6 @@ def test_bad_input_is_one_line_and_status_1(arguments, says, capsys, tmp_path):
 def test_the_hardness_of_the_paper_is_an_estimate_that_changes_no_force(tmp_path, monkeypatch):
     executed = []
     monkeypatch.setattr(reproduction, "execute", lambda *arguments, **how: executed.append(arguments) or {})
-    monkeypatch.setattr(reproduction, "_tables", lambda run: {})
     monkeypatch.setattr(reproduction, "_as_text", lambda run, tables: "")
     reproduction.paper(tmp_path)
     bodies = executed[0][0].bodies
@@ -470,6 +470,17 @@ def test_an_interrupted_process_ends_without_the_tasks_that_still_compute():
         "ThreadPoolExecutor(1).submit(time.sleep, 60); cli.main = lambda: 130; cli.main_of_process()"
     )
     assert subprocess.run([sys.executable, "-c", program], timeout=59).returncode == 130
+
+
+def test_a_command_collects_garbage_that_its_process_did_not_while_it_imported(tmp_path, capsys):
+    scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    gc.disable()
+    try:
+        assert main(["info", str(tmp_path / "scan.nc")]) == 0
+        assert gc.isenabled() and gc.get_freeze_count() > 0
+    finally:
+        gc.enable()
+        gc.unfreeze()
 
 
 def test_an_interrupt_elsewhere_promises_nothing(tmp_path, monkeypatch, capsys):

@@ -16,7 +16,7 @@ import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import netCDF4
@@ -95,18 +95,22 @@ def save(
     if isinstance(groups, xr.Dataset) or not all(isinstance(ds, xr.Dataset) for ds in values()):
         advice = "name each, as {'scan': scan}"
         raise Refusal("groups", "Datasets by the names of their groups", type(groups).__name__, advice)
-    return add(groups, Path(path), {"title": title}, onto=False)
+    add(groups, Path(path), {"title": title}, onto=False)
+    return Path(path)
 
 
-def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], *, onto: bool = True) -> Path:
-    """Add the groups that an archive lacks, or write a new archive, and set attributes of its root; None removes one.
+def add(
+    groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], *, onto: bool = True
+) -> dict[str, xr.Dataset]:
+    """Add the groups that an archive lacks, or write a new archive, and return what it then contains of them.
 
-    A copy of the file is changed and renamed, so that the archive is valid whenever the process is stopped.
+    ``attrs`` are set at its root; None removes one. A copy of the file is changed and renamed, so that the archive is
+    valid whenever the process is stopped.
     """
     if onto:
         with open_locked_raw(path) as file:
-            stored = group_names(file)
-        groups = {name: ds for name, ds in groups.items() if name not in stored}
+            existing = group_names(file)
+        groups = {name: ds for name, ds in groups.items() if name not in existing}
     else:
         attrs = {"Conventions": "CF-1.11", "source": f"roughxr {__version__}", **attrs}
     present = {name: value for name, value in attrs.items() if value is not None}
@@ -119,20 +123,20 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
         with open_locked_raw(temporary, "a" if onto else "w") as file:
             file.setncatts(present)
             _write_groups(file, loaded)
-            checksums = _checksums(getattr(file, _CHECKSUMS, "")) | {
-                name: _checksum(_without_fields(path, name, file[name])) for name in groups if not lazy[name]
-            }
+            stored = {name: _read_group(path, name, file[name]) for name in groups if not lazy[name]}
+            checksums = _checksums(getattr(file, _CHECKSUMS, ""))
         for name, keys in lazy.items():
             for key in keys:
                 _write_field(groups[name][[key]], key, temporary, name)
         with open_locked_raw(temporary, "a") as file:
-            checksums |= {name: _checksum(_without_fields(path, name, file[name])) for name in groups if lazy[name]}
+            stored |= {name: _read_group(path, name, file[name]) for name in groups if lazy[name]}
+            checksums |= {name: group.checksum for name, group in stored.items()}
             file.setncattr(_CHECKSUMS, "\n".join(map(" ".join, checksums.items())))
             for name in set(attrs) - set(present) & set(file.ncattrs()):
                 file.delncattr(name)
             file.comment = f"in groups, open with xarray.open_datatree: {', '.join(group_names(file))}"
         note_own_file(temporary)
-    return path
+    return {name: stored[name].ds for name in sorted(stored)}
 
 
 def _write_field(ds: xr.Dataset, key: Any, path: Path, group: str) -> None:
@@ -227,11 +231,11 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
         checksums = _checksums(getattr(file, _CHECKSUMS, ""))
         if not checksums and file.groups and str(getattr(file, "source", "")).startswith("roughxr "):
             raise ValueError("it lacks the checksums of its groups")
-        groups = {name: _without_fields(path, name, file[name], checksums.get(name, "")) for name in group_names(file)}
-        for name, ds in groups.items() if checksums else ():
-            if _checksum(ds) != checksums.get(name):
+        groups = {name: _read_group(path, name, file[name], has_checksum=bool(checksums)) for name in group_names(file)}
+        for name, group in groups.items():
+            if group.checksum != checksums.get(name, ""):
                 raise ValueError(f"{name} is not as it was written")
-    return groups
+    return {name: group.ds for name, group in groups.items()}
 
 
 def _checksums(stored: str | bytes) -> dict[str, str]:
@@ -284,14 +288,21 @@ def _damage_explained(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _without_fields(path: Path, name: str, group: netCDF4.Group, checksum: str = "") -> xr.Dataset:
-    """Return a group of an open file with this checksum, in memory except for its fields, which are lazy."""
+class _StoredGroup(NamedTuple):
+    """A group of an archive, in memory except for its fields, which are lazy."""
+
+    ds: xr.Dataset
+    checksum: str
+
+
+def _read_group(path: Path, name: str, group: netCDF4.Group, has_checksum: bool = True) -> _StoredGroup:
+    """Return a group of an open file, with the checksum of what it contains; without one in files of other programs."""
     ds = xr.decode_cf(xr.backends.NetCDF4DataStore(group, lock=False))
     fields = [key for key, array in ds.data_vars.items() if _is_field(array)]
-    if not fields:
-        return ds.load()
+    loaded = ds.drop_vars(fields).load() if fields else ds.load()
+    checksum = _checksum(loaded.assign({key: ds.variables[key] for key in fields})) if has_checksum else ""
     lazy = {key: ds.variables[key].copy(data=_StoredField(path, name, ds[key], checksum).lazy()) for key in fields}
-    return ds.drop_vars(fields).load().assign(lazy)
+    return _StoredGroup(loaded.assign(lazy), checksum)
 
 
 def _is_field(array: xr.DataArray | xr.Variable) -> bool:

@@ -128,20 +128,21 @@ def checkpointed(
     is_finished = output.exists() and archive.UNFINISHED not in _matching_root(output, identity)
     if is_finished and not _folder(output).exists():  # nothing is written, such as in a read-only folder
         return archive.load(output)
+    written: Mapping[str, xr.Dataset] | None = None
     with Checkpoint(output) as checkpoint:
         if not output.exists() or archive.UNFINISHED in _matching_root(output, identity):
             resumed = checkpoint.begin(identity)
             attrs = {"title": title, _IDENTITY: _lines(identity)}
             try:
                 with spread.compute_with(checkpoint):
-                    _write(compute(), checkpoint, output, attrs, missing)
+                    written = _write(compute(), checkpoint, output, attrs, missing)
             except Exception:
                 if not (resumed or checkpoint.stored):  # an option was refused before anything was computed
                     output.unlink(missing_ok=True)
                     checkpoint.finished = True
                 raise
         checkpoint.finished = True
-    return archive.load(output)
+    return archive.load(output) if written is None else dict(written)
 
 
 def _matching_root(output: Path, identity: Mapping[str, Any]) -> dict[str, Any]:
@@ -156,17 +157,20 @@ def _folder(output: Path) -> Path:
     return output.with_name(output.name + ".checkpoint")
 
 
-def _write(parts, checkpoint: Checkpoint, output: Path, attrs: dict[str, str], missing: Callable[[], str]) -> None:
+def _write(
+    parts, checkpoint: Checkpoint, output: Path, attrs: dict[str, str], missing: Callable[[], str]
+) -> Mapping[str, xr.Dataset] | None:
     """Write groups as they are computed, at intervals, except those that an unfinished archive contains.
 
-    Groups that a kill loses are computed again from the stored results of their solves.
+    Return the archive's groups if all were written at once, else None. Groups that a kill loses are computed again from
+    the stored results of their solves.
     """
     groups: dict[str, xr.Dataset] = {}
     written = time.monotonic()
 
-    def add(unfinished: str | None) -> None:
+    def add(unfinished: str | None) -> Mapping[str, xr.Dataset]:
         with dask.config.set(scheduler=dask.get):
-            archive.add(groups, output, {**attrs, archive.UNFINISHED: unfinished}, onto=output.exists())
+            return archive.add(groups, output, {**attrs, archive.UNFINISHED: unfinished}, onto=output.exists())
 
     try:
         for part in [parts] if isinstance(parts, Mapping) else parts:
@@ -180,7 +184,9 @@ def _write(parts, checkpoint: Checkpoint, output: Path, attrs: dict[str, str], m
         raise
     checkpoint.log("all computed")
     groups["log"] = checkpoint.logged()
-    add(None)
+    is_new = not output.exists()
+    added = add(None)
+    return added if is_new else None
 
 
 class Checkpoint:

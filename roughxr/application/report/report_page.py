@@ -109,8 +109,10 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
     return write_page(text, output)
 
 
-def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
-    """Return the page as text."""
+def page(
+    run: Run, run_tables: Mapping[str, pd.DataFrame] | None = None, *, archive_name: str = "run.nc", missing: str = ""
+) -> str:
+    """Return the page as text, with the tables of the run where they are known already."""
     run = {name: schema.in_package_units(ds) for name, ds in run.items()}
     return render_template(
         "report.html",
@@ -125,7 +127,7 @@ def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
         methods=methods(run),
         detachment=detachment_notes(run),
         pictures=_pictures(run, _FIGURES),
-        tables=[(name, *_rows(table)) for name, table in tables(run).items()],
+        tables=[(name, *_rows(table)) for name, table in (run_tables or tables(run)).items()],
         command=run_summary(run).attrs.get("command", ""),
         calls=_calls(run_summary(run)),
     )

@@ -65,14 +65,17 @@ _EXPLAINED = {
 }
 
 
-def paper_tables(run: Run) -> dict[str, pd.DataFrame]:
-    """Return the paper's tables by their titles: with its printed values, and with its slips corrected."""
+def paper_tables(run: Run, general_tables: Mapping[str, pd.DataFrame] | None = None) -> dict[str, pd.DataFrame]:
+    """Return the paper's tables by their titles: with its printed values, and with its slips corrected.
+
+    ``general_tables`` are the tables that any run has, where they are known already.
+    """
     return {
         _CONTACT: contact_table(run),
         _COMPARISON: _with_printed(comparison_table(run), CONCLUSION),
         _FORCE: force_table(run),
         _CORRECTIONS: correction_table(run),
-        _SCAN: scan_table(run),
+        _SCAN: scan_table(run, general_tables),
     }
 
 
@@ -207,9 +210,9 @@ def correction_table(run: Run) -> pd.DataFrame:
     return pd.DataFrame(texts, index=index, columns=[*PATCHES.values(), "ratio"])
 
 
-def scan_table(run: Run) -> pd.DataFrame:
+def scan_table(run: Run, general_tables: Mapping[str, pd.DataFrame] | None = None) -> pd.DataFrame:
     """Return the main numbers of scan and asperities with the printed ones in the first columns."""
-    table = report.tables(run)[_SCAN]
+    table = (general_tables or report.tables(run))[_SCAN]
     rows = _reconstruction_rows(run) | _asperity_rows(run["asperities"])
     whole = pd.concat([table, pd.DataFrame({"scan": rows})])
     order = [*SCAN, *(name for name in whole.index if name not in SCAN)]

@@ -18,7 +18,6 @@ from ...mechanics.specimen import specimen_of
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.adhesion_laws import HERTZ
 from ...mechanics.vocabulary.text import without_warnings
-from .. import report
 from ..runs import analysis
 from ..runs import folder as run_folder
 from ..runs.analysis import execute
@@ -72,6 +71,7 @@ def paper(output: str | Path, *, command: str = "roughxr paper") -> dict[str, xr
     glass = assign_pair(open_sample("glass"), **PAIR, hardness=MATERIALS["glass"].hardness)
     folder = Path(output)
     printed: dict[str, pd.DataFrame] = {}
+    completed: dict[str, pd.DataFrame] = {}
     drawn: set[str] = set()
 
     def answer_first(task: Task) -> dict[str, xr.Dataset]:
@@ -85,6 +85,10 @@ def paper(output: str | Path, *, command: str = "roughxr paper") -> dict[str, xr
         drawn.update(names)
         return {}
 
+    def whole_text(run: Run, tables: Mapping[str, pd.DataFrame]) -> str:
+        completed.update(tables)
+        return _as_text(run, tables)
+
     groups = execute(
         specimen_of(elastic(glass)),
         PLAN,
@@ -93,10 +97,10 @@ def paper(output: str | Path, *, command: str = "roughxr paper") -> dict[str, xr
         command=command,
         parts=_parts(answer_first),
         tables=_tables,
-        as_text=_as_text,
+        as_text=whole_text,
         draw_figures=lambda run: paper_figures(run, [name for name in FIGURES if name not in drawn]),
     )
-    new = {title: table for title, table in _tables(groups).items() if not table.equals(printed.get(title))}
+    new = {title: table for title, table in completed.items() if not table.equals(printed.get(title))}
     print(_as_text(groups, new).rstrip())
     return groups
 
@@ -140,7 +144,7 @@ def corrections(task: Task) -> dict[str, xr.Dataset]:
     }
 
 
-def _tables(run: Run) -> dict[str, pd.DataFrame]:
+def _tables(run: Run, general_tables: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
     """Return the paper's tables, then those of any run."""
-    made = paper_tables(run)
-    return made | {title: table for title, table in report.tables(run).items() if title not in made}
+    made = paper_tables(run, general_tables)
+    return made | {title: table for title, table in general_tables.items() if title not in made}

@@ -170,7 +170,7 @@ def execute(
     *,
     command: str = "",
     parts: Sequence[Part] | None = None,
-    tables: Callable = report.tables,
+    tables: Callable = lambda run, general_tables: general_tables,
     as_text: Callable = lambda run, tables: tables_text(tables, notes(run), report.headline(run)),
     draw_figures: Callable = lambda run: [("overview", figures.overview(run))],
 ) -> dict[str, xr.Dataset]:
@@ -193,7 +193,8 @@ def execute(
             title=specimen.bodies.attrs.get("title", ""),
             missing=lambda: f"missing: {', '.join(w for w in stages.later() if w != _PAGES) or 'its log'}",
         )
-        made = tables(groups)
+        general_tables = report.tables(groups)
+        made = tables(groups, general_tables)
         printed = as_text(groups, made)
         if folder is not None and not os.access(folder, os.W_OK):
             warn(f"{folder}: is read only: the run is read, and its pages stay as they are")
@@ -202,7 +203,7 @@ def execute(
             remove_leftovers(folder)
             write_tables(made, printed, folder)
             write_figures(groups, draw_figures, folder)
-            write_pages(groups, path, folder)
+            write_pages(groups, general_tables, path, folder)
     if folder is None:
         print(printed.rstrip("\n"))
     return groups

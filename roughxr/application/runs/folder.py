@@ -61,13 +61,13 @@ def write_figures(groups: Mapping[str, xr.Dataset], draw_figures: Callable, fold
             figure.savefig(temporary, dpi=220)
 
 
-def write_pages(groups: Mapping[str, xr.Dataset], path: Path, folder: Path) -> None:
-    """Write the table of places and the report."""
+def write_pages(groups: Mapping[str, xr.Dataset], tables: Mapping[str, Any], path: Path, folder: Path) -> None:
+    """Write the table of places, and the report with the tables of any run."""
     if places := report.by_place(groups):
         for ending in written_formats():
             table_of(report.place_table(places, scan_label(groups)), folder / f"places{ending}", is_own=True)
     with atomic_write(folder / "report.html", is_own=True) as temporary:
-        temporary.write_text(report.page(groups, archive_name=path.name), encoding="utf-8")
+        temporary.write_text(report.page(groups, tables, archive_name=path.name), encoding="utf-8")
 
 
 def notes(run: Mapping[str, xr.Dataset]) -> list[str]:

@@ -258,7 +258,7 @@ def _extrapolated_pull_off(task: Task) -> dict[str, xr.Dataset]:
         estimate = without_warnings(real_pull_off, scan, solved, task.groups.get(BUDGET), **how)
     except Refusal as refusal:
         return {"statistics/extrapolated": without_estimate(scan, refusal.reason)}
-    series = pixel_series(scan, solved, plan.preload)
+    series = pixel_series(scan, solved, plan.preload, plan.mesh.step)
     return {
         "solutions/extrapolated": estimate[["pull_off_force"]],
         "statistics/extrapolated": estimate.drop_vars("pull_off_force").drop_dims("subregion").assign(series),

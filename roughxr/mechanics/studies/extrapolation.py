@@ -193,7 +193,7 @@ def extrapolated(
     budget = budget_of(scan, solved, places=count, preload=force, mesh=mesh, only=CHANGES)
     estimates: dict[str, Any] = {"finer": finer, "measured": measured, "force_std": force_std, "shortest": shortest}
     out = real_pull_off(scan, solved, budget, **estimates)
-    return out.merge(pixel_series(scan, solved, force), combine_attrs="override")
+    return out.merge(pixel_series(scan, solved, force, mesh.step), combine_attrs="override")
 
 
 def real_pull_off(
@@ -304,10 +304,11 @@ def _after_second_scan(ds: xr.Dataset, finer: xr.Dataset | None, end: float) -> 
     return {UNSEEN: second.error}
 
 
-def pixel_series(ds: xr.Dataset, solved: xr.Dataset, preload: float) -> xr.Dataset:
+def pixel_series(ds: xr.Dataset, solved: xr.Dataset, preload: float, longest_step: float | None) -> xr.Dataset:
     """Return the mean pull-off as scanned and on every second and fourth pixel of the scan, by a sample of places.
 
-    Empty for resting positions, which larger pixels move, and where the pixels are too few.
+    ``longest_step`` is that of the simulation ``solved`` (nm), as of `Mesh`. Empty for resting positions, which larger
+    pixels move, and where the pixels are too few.
     """
     steps = [step for step in _SERIES if min(ds["height"].shape) >= _FEWEST_PIXELS * step]
     if SHARE in solved.coords or not steps:
@@ -319,7 +320,7 @@ def pixel_series(ds: xr.Dataset, solved: xr.Dataset, preload: float) -> xr.Datas
     forces = [base["pull_off_force"].values]
     for step in steps:
         coarse = ds.isel(x=slice(step // 2, None, step), y=slice(step // 2, None, step))
-        mesh = Mesh(min(cells * step, MOST_REFINED) or FRONT, None)
+        mesh = Mesh(min(cells * step, MOST_REFINED) or FRONT, None, longest_step)
         centres = regions.centres(coarse, base)
         on_step = without_warnings(adhesive, coarse, subregions=centres, preload=preload, law=law, mesh=mesh)
         forces.append(at_first_preload(on_step)["pull_off_force"].values)
