@@ -27,7 +27,6 @@ from roughxr.application.headline import answer_lines
 from roughxr.application.report import report_page
 from roughxr.application.report.report_page import methods
 from roughxr.application.report.run_numbers import debris_flags, run_numbers, summary_numbers
-from roughxr.application.reproduction import conclusion, printed_tables
 from roughxr.application.runs import analysis, several
 from roughxr.application.wording import _entries, _Sentences, table_of_words
 from roughxr.mechanics.asperity import expectation
@@ -716,7 +715,7 @@ def test_a_sentence_is_printed_if_its_values_are_known():
         *((file, (application.sentences,)) for file in ("fit.toml", "regime.toml", "estimate.toml")),
         ("comparison.toml", (application.sentences, measurements)),
         ("scans.toml", (several,)),
-        ("paper.toml", (conclusion, printed_tables)),
+        ("dem.toml", (application.dem,)),
         ("facts.toml", (application.report.report_page,)),
         ("notes.toml", (application.report.report_page, application.report.detachment)),
     ],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -20,6 +22,10 @@ from ..mechanics.statistics.sampling import (
 from ..mechanics.vocabulary import schema
 from ..mechanics.vocabulary.refusal import Refusal
 from ..mechanics.vocabulary.units import Quantity, fraction, positive, whole_number
+from .wording import render_sentence, render_sentences
+
+#: The lines, with fields for the numbers.
+_FILE = "dem.toml"
 
 #: Factors from roughxr's units to SI.
 _NEWTON, _METRE, _PASCAL = 1e-9, 1e-9, 1e9
@@ -95,42 +101,53 @@ def to_dem(
     if code == TABLE:
         return _distribution(ds)
     force = ds["pull_off_force"].dropna("subregion") * _NEWTON
-    force = force.isel(subregion=np.argsort(force.values))
-    count = min(whole_number(classes, "classes", least=1), force.size)
-    share = shares(force).values / shares(force).values.sum()
-    below, sums = (np.append(0.0, np.cumsum(values)) for values in (share, share * force.values))
-    means = count * np.diff(np.interp(np.arange(count + 1) / count, below, sums))  # of whole and cut places
+    means = _class_means(force, whole_number(classes, "classes", least=1))
+    values = _adhesion_values(ds, force)
     poisson_ratio = fraction(poisson_ratio, "poisson_ratio")
     if code == LIGGGHTS:
-        lines = _liggghts_lines(ds, force, means.tolist(), poisson_ratio, young_modulus)
+        lines = _liggghts_lines(ds, force, means, poisson_ratio, young_modulus)
     else:
-        lines = _lammps_lines(ds, means.tolist(), poisson_ratio)
-    return "\n".join([*(f"# {line}" for line in _header(ds, force)), *lines]) + "\n"
+        lines = _lammps_lines(ds, means, poisson_ratio)
+    head = render_sentences(_FILE, ["sphere", "pull_off", "law", "scope"], values)
+    return "\n".join([*head, *lines]) + "\n"
+
+
+def _class_means(force: xr.DataArray, classes: int) -> list[float]:
+    """Return the mean pull-off of each class of equal share, ascending; a place may be cut between two classes."""
+    force = force.isel(subregion=np.argsort(force.values))
+    count = min(classes, force.size)
+    share = shares(force).values / shares(force).values.sum()
+    below, sums = (np.append(0.0, np.cumsum(values)) for values in (share, share * force.values))
+    return (count * np.diff(np.interp(np.arange(count + 1) / count, below, sums))).tolist()
 
 
 def places_in_words(ds: xr.Dataset) -> str:
     """Return the number of places, and of random surfaces at each of them if there are several."""
+    return render_sentence(_FILE, "places", _place_values(ds))
+
+
+def _place_values(ds: xr.Dataset) -> dict[str, Any]:
+    """Return the number of places, and of random surfaces at each of them if there are several."""
     count = int(place_numbers(ds).max()) + 1
     surfaces = ds.sizes["subregion"]
-    return f"{count} places" + f" on {surfaces // count} random surfaces each" * (surfaces > count)
+    return {"places_of_scan": count, "surfaces_of_place": surfaces // count if surfaces > count else None}
 
 
-def _header(ds: xr.Dataset, force: xr.DataArray) -> list[str]:
+def _adhesion_values(ds: xr.Dataset, force: xr.DataArray) -> dict[str, Any]:
+    """Return the pull-off forces (N), their log-normal law, and what they are of."""
     law = parameters(ds)
-    mean_force = float(weighted_by_landing_share(force).mean())
-    deviation = float(standard_deviation(force))
-    radius = float(ds["sphere_radius"]) * _METRE
-    misfit = float(law.adhesion_law_distance)
-    mean = float(law.adhesion_mean)
-    spread = float(law.adhesion_spread)
-    surface = ds.attrs.get("surface", "the surface as the scan shows it: finer roughness lowers adhesion")
-    return [
-        f"adhesion of a sphere of {radius:.4g} m on a rough wall, from {places_in_words(ds)}",
-        f"pull-off force: mean {mean_force:.5g} N, standard deviation {deviation:.3g} N over places",
-        f"over the smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean {mean:.4g}, spread",
-        f"{spread:.4g}, which differs from the cumulative distribution over places by up to {misfit:.2g}",
-        f"places {'of rest' if SHARE in ds.coords else 'where particles land, without settling'}; {surface}",
-    ]
+    return {
+        **_place_values(ds),
+        "radius": float(ds["sphere_radius"]) * _METRE,
+        "mean_force": weighted_by_landing_share(force).mean(),
+        "deviation": standard_deviation(force),
+        "smooth_force": smooth_pull_off(ds) * _NEWTON,
+        "adhesion_mean": law["adhesion_mean"],
+        "adhesion_spread": law["adhesion_spread"],
+        "misfit": law["adhesion_law_distance"],
+        "at_rest": SHARE in ds.coords,
+        "surface_of_result": ds.attrs.get("surface"),
+    }
 
 
 def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> list[str]:
@@ -141,33 +158,35 @@ def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> 
             f"a layer of {float(ds['layer_thickness']):.3g} nm",
             "take 'rock_n_roll', or the table of parameters",
         )
-    count = len(forces)
     radius = float(ds["sphere_radius"]) * _METRE
-    modulus = read_pair(ds, "contact_modulus").contact_modulus
-    young_modulus = 2 * (1 - poisson_ratio**2) * modulus * _PASCAL
-    lines = [
-        f"# {count} types of equal share; jkr: pull-off force 3 pi gamma R, one E for both",
-        f"# include after: units si, atom_style sphere, a box of {count} types with atoms, variable damping (kg/s)",
-    ]
-    friction = ""
+    modulus = read_pair(ds, "contact_modulus").contact_modulus * _PASCAL
+    values = {
+        "types": len(forces),
+        "share": 1 / len(forces),
+        "young_modulus": 2 * (1 - poisson_ratio**2) * modulus,
+        "poisson_ratio": poisson_ratio,
+    }
     if "lever" in ds:  # coefficient of rolling friction, from the lever arm at rest
-        lever_ratio = float(weighted_by_landing_share(ds["lever"] / ds["sphere_radius"]).quantile(0.5))
-        friction = f" rolling sds 0.0 0.0 {0.5 * lever_ratio:.4g}"
-    for k, force in enumerate(forces, 1):
-        normal = f"jkr {young_modulus:.6g} ${{damping}} {poisson_ratio:g} {force / (3 * np.pi * radius):.6g}"
-        lines += [
-            f"group class{k} type {k}  # {1 / count:.4g} of the particles, pull-off {force:.5g} N",
-            f"fix wall{k} class{k} wall/gran granular {normal} tangential linear_nohistory 0.0 0.0{friction} "
-            "damping velocity zplane 0.0 NULL",
-        ]
-    if friction:
-        lines.append("# rolling sds takes k_roll, gamma_roll (yours to choose; 0 here) and mu_roll, the moment at rest")
-    return lines
+        lever_ratio = weighted_by_landing_share(ds["lever"] / ds["sphere_radius"]).quantile(0.5)
+        values["friction_coefficient"] = 0.5 * float(lever_ratio)
+    types = []
+    for number, force in enumerate(forces, 1):
+        energy = force / (3 * np.pi * radius)
+        own = {"number": number, "force": force, "surface_energy": energy}
+        types.append(render_sentence(_FILE, "lammps_type", values | own))
+    first, last = (render_sentences(_FILE, [name], values) for name in ("lammps", "lammps_friction"))
+    return [*first, *types, *last]
 
 
-def _sjkr_excess(strain: float, pull_off: float) -> float:
-    """Return sjkr's largest tension at an overlap less a pull-off force, over E*R²."""
-    return np.sqrt(strain) * (2 * strain - strain**2) / (1 - strain) - 4 / 3 * strain**1.5 - pull_off
+def _sjkr_strain(pull_off: float) -> float:
+    """Return the overlap over the radius at which sjkr's largest tension is a pull-off force over E*R²."""
+    from scipy.optimize import brentq
+
+    def excess(strain: float) -> float:
+        tension = np.sqrt(strain) * (2 * strain - strain**2) / (1 - strain) - 4 / 3 * strain**1.5
+        return tension - pull_off
+
+    return brentq(excess, 0.0, 0.99, xtol=1e-15)
 
 
 def _liggghts_lines(
@@ -181,42 +200,49 @@ def _liggghts_lines(
     else:
         modulus = positive(young_modulus, "GPa", "young_modulus") * _PASCAL / (2 * (1 - poisson_ratio**2))
     energy = force / (4 * np.pi * radius)  # 4C's pull-off force is 4πRγ
-    from scipy.optimize import brentq
-
-    lines = [
-        f"# sjkr at E* = {modulus:.4g} Pa and R = {radius:.4g} m; about (3 F E*^2 / (2 pi^3 R^2))^(1/3)",
-        "# 4C's surface energy F / (4 pi R), half the work of adhesion, over places:",
-        f"# mean {float(weighted_by_landing_share(energy).mean()):.5g} J/m^2,",
-        f"# standard deviation {float(standard_deviation(energy)):.3g} J/m^2",
-    ]
-    for k, mean in enumerate(means, 1):
-        strain = brentq(_sjkr_excess, 0.0, 0.99, args=(mean / (modulus * radius**2),), xtol=1e-15)
-        overlap = strain * radius
+    values = {
+        "radius": radius,
+        "contact_modulus": modulus,
+        "mean_energy": weighted_by_landing_share(energy).mean(),
+        "energy_deviation": standard_deviation(energy),
+        "share": 1 / len(means),
+    }
+    types = []
+    for number, mean in enumerate(means, 1):
+        strain = _sjkr_strain(mean / (modulus * radius**2))
         density = modulus * np.sqrt(strain) / (np.pi * (1 - strain))
-        lines.append(
-            f"# class {k}, {1 / len(means):.4g} of the particles: pull-off {mean:.5g} N, overlap {overlap:.3g} m"
-        )
-        lines.append(f"variable cohesion{k} equal {density:.6g}  # J/m^3, for property/global cohesionEnergyDensity")
-    return lines
+        own = {"number": number, "force": mean, "overlap": strain * radius, "energy_density": density}
+        types.append(render_sentence(_FILE, "liggghts_type", values | own))
+    return [*render_sentences(_FILE, ["liggghts", "energy"], values), *types]
 
 
 def _distribution(ds: xr.Dataset) -> str:
     """Return the distribution of the pull-off over the places as CSV, with levers if they are known."""
     steps = cdf(ds, "pull_off_force")
     force = steps["pull_off_force"].values
-    table = pd.DataFrame({"force_nN": force, "cdf": steps.values, "force_over_smooth": force / smooth_pull_off(ds)})
-    unknown = 0
+    smooth_force = smooth_pull_off(ds)
+    table = pd.DataFrame({"force_nN": force, "cdf": steps.values, "force_over_smooth": force / smooth_force})
+    values = {
+        **_place_values(ds),
+        "smooth_force": smooth_force,
+        "number_of_samples": steps.attrs["samples"],
+        "without_adhesion": steps.attrs["missing"],
+    }
     if "lever" in ds:
-        columns = {"lever_over_radius": ds["lever"].mean("direction") / ds["sphere_radius"]}
-        columns |= {"lever_error": ds["lever_error"]} if "lever_error" in ds else {}
-        levers = pd.DataFrame({name: column.values for name, column in columns.items()})
-        unknown = int((levers["lever_over_radius"].isna() & ds["pull_off_force"].notnull().values).sum())
+        levers = _levers(ds)
+        is_unknown = levers["lever_over_radius"].isna() & ds["pull_off_force"].notnull().values
+        values["without_lever"] = int(is_unknown.sum())
         mean_levers = levers.fillna(levers.median()).groupby(ds["pull_off_force"].values).mean().loc[force]
-        table[list(columns)] = mean_levers.to_numpy()
-    head = [
-        f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
-        *(f"{schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.pair_coordinates(ds).items()),
-        f"{places_in_words(ds)}; pull-off forces: {steps.attrs['samples']}; without adhesion: {steps.attrs['missing']}",
-        *([f"{unknown} places without a known lever have the median one"] if unknown else []),
-    ]
-    return "".join(f"# {line}\n" for line in head) + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")
+        table[list(levers)] = mean_levers.to_numpy()
+    pair = [f"# {schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.pair_coordinates(ds).items()]
+    first, last = (render_sentences(_FILE, names, values) for names in (["smooth"], ["samples", "levers"]))
+    head = "".join(f"{line}\n" for line in [*first, *pair, *last])
+    return head + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")
+
+
+def _levers(ds: xr.Dataset) -> pd.DataFrame:
+    """Return the lever over the radius at each place, the mean over directions, and its relative error if known."""
+    columns = {"lever_over_radius": ds["lever"].mean("direction") / ds["sphere_radius"]}
+    if "lever_error" in ds:
+        columns["lever_error"] = ds["lever_error"]
+    return pd.DataFrame({name: column.values for name, column in columns.items()})

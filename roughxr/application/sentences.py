@@ -161,25 +161,35 @@ def estimate_notes(estimate: xr.Dataset) -> list[str]:
 
 def fit_sentence(fit: xr.Dataset) -> str:
     """Return the result of `fit_pair` and its limits, a line each."""
+    return "\n".join(render_sentences("fit.toml", ["work", "limits"], {**_fit_values(fit), **_work_values(fit)}))
+
+
+def _work_values(fit: xr.Dataset) -> dict[str, Any]:
+    """Return the fitted work of adhesion (J/m²) with its interval, and where it ends."""
     work, low, high = (float(fit[f"fitted_work_{name}"]) for name in ("of_adhesion", "low", "high"))
-    power = float(fit["modulus_trade"])
-    spread = float(fit["spread_ratio"])
-    is_explained = _EXPLAINED_SPREAD[0] < spread < _EXPLAINED_SPREAD[1]
     solved = fit["trial_work_of_adhesion"].values
     interval = f"{format_percent(fit.attrs['confidence'])} interval"
     best = with_interval(work, low, high, "J/m²", name=interval)
-    values = {
+    return {
         "work_with_interval": best if np.isfinite([work, high]).any() else None,
-        "contact_modulus": fit.attrs["contact_modulus"],
-        "power": abs(power) if abs(power) < _ZERO_POWER else power,
-        "is_separable": abs(power) < _WEAK_POWER,
         "only_upper_end": low == 0,
         "beyond_range": np.isnan(work),
         "is_open": np.isnan(low) or np.isnan(high),
         "solved_works": f"{solved[0]:.3g} to {solved[-1]:.3g}",
         "left_out": ", ".join(f"{value:.3g}" for value in np.atleast_1d(fit.attrs.get("left_out", []))),
+    }
+
+
+def _fit_values(fit: xr.Dataset) -> dict[str, Any]:
+    """Return what a fit depends on, and what it does not explain."""
+    power = float(fit["modulus_trade"])
+    spread = float(fit["spread_ratio"])
+    is_explained = _EXPLAINED_SPREAD[0] < spread < _EXPLAINED_SPREAD[1]
+    return {
+        "contact_modulus": fit.attrs["contact_modulus"],
+        "power": abs(power) if abs(power) < _ZERO_POWER else power,
+        "is_separable": abs(power) < _WEAK_POWER,
         "unexplained_spread": None if is_explained or not np.isfinite(spread) else spread,
         "superposed": fit.attrs["method"] == "superposed",
         "extrapolated": bool(fit.attrs["extrapolated"]),
     }
-    return "\n".join(render_sentences("fit.toml", ["work", "limits"], values))
