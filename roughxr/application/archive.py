@@ -113,7 +113,6 @@ def add(
         groups = {name: ds for name, ds in groups.items() if name not in existing}
     else:
         attrs = {"Conventions": "CF-1.11", "source": f"roughxr {__version__}", **attrs}
-    present = {name: value for name, value in attrs.items() if value is not None}
     groups = {name: _storable(in_package_units(ds), name) for name, ds in groups.items()}
     lazy = {name: [key for key in ds.data_vars if ds[key].chunks] for name, ds in groups.items()}
     loaded = {name: ds.drop_vars(lazy[name]).compute() for name, ds in groups.items()}
@@ -121,7 +120,6 @@ def add(
         if onto:
             shutil.copyfile(path, temporary)
         with open_locked_raw(temporary, "a" if onto else "w") as file:
-            file.setncatts(present)
             _write_groups(file, loaded)
             stored = {name: _read_group(path, name, file[name]) for name in groups if not lazy[name]}
             checksums = _checksums(getattr(file, _CHECKSUMS, ""))
@@ -131,12 +129,21 @@ def add(
         with open_locked_raw(temporary, "a") as file:
             stored |= {name: _read_group(path, name, file[name]) for name in groups if lazy[name]}
             checksums |= {name: group.checksum for name, group in stored.items()}
-            file.setncattr(_CHECKSUMS, "\n".join(map(" ".join, checksums.items())))
-            for name in set(attrs) - set(present) & set(file.ncattrs()):
-                file.delncattr(name)
-            file.comment = f"in groups, open with xarray.open_datatree: {', '.join(group_names(file))}"
+            contents = f"in groups, open with xarray.open_datatree: {', '.join(group_names(file))}"
+            checksum_lines = "\n".join(map(" ".join, checksums.items()))
+            _set_attributes(file, {**attrs, _CHECKSUMS: checksum_lines, "comment": contents})
         note_own_file(temporary)
     return {name: stored[name].ds for name in sorted(stored)}
+
+
+def _set_attributes(file: netCDF4.Dataset, attrs: Mapping[str, Any]) -> None:
+    """Set attributes of an archive's root; None removes one."""
+    stored = file.ncattrs()
+    for name, value in attrs.items():
+        if value is not None:
+            file.setncattr(name, value)
+        elif name in stored:
+            file.delncattr(name)
 
 
 def _write_field(ds: xr.Dataset, key: Any, path: Path, group: str) -> None:

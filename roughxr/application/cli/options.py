@@ -214,11 +214,7 @@ def _run(commands: Any) -> None:
         default="plane",
         choices=("plane", "quadratic", "none"),
     )
-    group = command.add_argument_group("the two bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
-    shape = group.add_mutually_exclusive_group(required=True)
-    options += _add(shape, ("--sphere-radius --radius", "R", "radius of the sphere, nm"))
-    options += _add(shape, ("--indenter", "FILE", "a scan of the indenter, instead of a sphere"))
-    options += _add(group, *_BODIES, *_AIR)
+    options += _add_bodies(command)
     group = command.add_argument_group("places and displacements")
     help = "number of places along x and y, or one number for both; default: 8 8"
     options += _add(group, ("--subregions", "N...", help), type=_counts, default=(8, 8))
@@ -251,6 +247,14 @@ def _run(commands: Any) -> None:
     options += _add(command, ("--budget", "PLACES", help), type=_count, default=8)
     _flag(command, "-q --quiet", _QUIET)
     config.add_options(command, options)
+
+
+def _add_bodies(command: Any) -> list[argparse.Action]:
+    group = command.add_argument_group("the two bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
+    shape = group.add_mutually_exclusive_group(required=True)
+    sphere = ("--sphere-radius --radius", "R", "radius of the sphere, nm")
+    indenter = ("--indenter", "FILE", "a scan of the indenter, instead of a sphere")
+    return _add(shape, sphere, indenter) + _add(group, *_BODIES, *_AIR)
 
 
 def _cells(text: str) -> int | str:

@@ -148,7 +148,7 @@ def _variable(ds: xr.Dataset, name: str, ax: Any, options: dict[str, Any]) -> An
     if name == "estimate" and "variable" in ds.attrs and len(dims - {"statistic"}) == 1:
         return estimates_over_parameter(ds, ax=ax)
     if len(dims) == 1 and ds[min(dims)].dtype.kind in "OU":
-        return named_values(ds, name, ends=("low", "high") if name == "estimate" else None, ax=ax)
+        return named_values(ds, name, ax=ax)
     if {"x", "y"}.isdisjoint(dims):
         return over_parameter(ds, name, ax=ax, **options)
     return _array(ds[name], ax=ax, **options)

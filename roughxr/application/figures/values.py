@@ -54,12 +54,12 @@ FORMULAS = names_in_words("formula")
 
 
 @styled
-def named_values(ds: xr.Dataset, name: str, *, ends: tuple[str, str] | None = None, ax: Axes | None = None):
-    """Draw a variable along a dimension of names as dots, one row for each name, with intervals between ``ends``."""
+def named_values(ds: xr.Dataset, name: str, *, ax: Axes | None = None):
+    """Draw a variable along a dimension of names as dots, one row for each name, an estimate with its interval."""
     (dim,) = ds[name].dims
     rows = ds.isel({dim: ds[name].notnull().values})
     values = rows[name].values
-    low, high = (rows[end].values for end in ends) if ends else (values, values)
+    low, high = (rows[end].values for end in ("low", "high")) if name == "estimate" else (values, values)
     confidence = float(ds.attrs.get("confidence", 0.95))
     names = [FORMULAS[entry] for entry in rows[dim].values] if dim == "formula" else rows[dim].values
     return _rows(names, (values, low, high), str(ds.attrs.get("variable", name)), ax, confidence)
@@ -266,14 +266,10 @@ def violations(ds: xr.Dataset, *, ax: Axes | None = None):
 
 
 @styled
-def quantile_box(ds: xr.Dataset, name: str = "", *, ax: Axes | None = None):
+def quantile_box(ds: xr.Dataset, name: str, *, ax: Axes | None = None):
     """Draw the summary of a variable as a box: quartiles, 5 and 95 %, extremes and mean."""
-    numbers = [variable for variable in map(str, ds.data_vars) if bool(ds[variable].notnull().all())]
-    name = name or next((main for main in ("pull_off_force", "force", "height", *numbers) if main in numbers), "")
-    if not name or ds[name].dims != ("statistic",):
-        raise Refusal("", "a variable along statistic alone", advice="select first, for example ds.isel(delta=0)")
-    value = {str(statistic): float(ds[name].sel(statistic=statistic)) for statistic in ds["statistic"].values}
-    if not {"q5", "q25", "q50", "q75", "q95"} <= set(value):
+    value = ds[name].to_series()
+    if not {"q5", "q25", "q50", "q75", "q95"} <= set(value.index):
         raise Refusal("", "the quantiles of 5, 25, 50, 75 and 95 %", advice="draw the samples: figures.distribution")
     ax = axes(ax)
     box = {"q1": value["q25"], "med": value["q50"], "q3": value["q75"], "whislo": value["q5"], "whishi": value["q95"]}
