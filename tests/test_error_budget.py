@@ -16,7 +16,16 @@ from roughxr.mechanics.studies.assumptions import CHANGES
 from roughxr.mechanics.studies.budget_changes import mean_change
 from roughxr.mechanics.studies.uncertainty_budget import budget_of, error_budget, stated_mesh_error
 from roughxr.mechanics.vocabulary import numbers
-from roughxr.mechanics.vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, THIN, UNKNOWN_RANGE
+from roughxr.mechanics.vocabulary.error_sources import (
+    CHANGED,
+    ERROR_SOURCES,
+    KNOWN_RANGE,
+    THIN,
+    UNKNOWN_RANGE,
+    error_of_interval,
+    symmetric_error,
+    total_error,
+)
 
 from .surfaces import as_measured, unpressed
 from .verb_calls import unlabelled
@@ -182,6 +191,16 @@ def test_errors_that_places_state_at_95_per_cent_are_two_standard_deviations():
     """By the front they counted as one, in a budget, and as two in an estimate without one."""
     places = {"pull_off_force": ("subregion", [30.0, 10.0]), "pull_off_error": ("subregion", [0.04, 0.2])}
     assert stated_mesh_error(xr.Dataset(places)).std == pytest.approx((0.75 * 0.04 + 0.25 * 0.2) / 1.96)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 3.0), (1.0, np.inf)])
+def test_an_interval_to_zero_or_without_end_stays_one_with_another_error(low, high):
+    """Of a flow that moves the median sphere, where a good part of the spheres roll off by themselves."""
+    with np.errstate(divide="ignore"):
+        error = total_error([error_of_interval(2.0, low, high), symmetric_error(0.1)])
+    wider_low, wider_high = error.interval(2.0)
+    assert wider_low < low or low == wider_low == 0
+    assert wider_high > high or high == wider_high == np.inf
 
 
 def test_the_budget_computes_the_mean_that_the_simulation_does(rough):

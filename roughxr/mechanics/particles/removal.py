@@ -8,6 +8,7 @@ import xarray as xr
 from ..statistics import bootstrap
 from ..statistics.sampling import first_surface_of_each_place, weighted_by_landing_share
 from ..vocabulary import schema
+from ..vocabulary.error_sources import HALF_WIDTH, error_of_interval, symmetric_error, total_error
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity, fraction
 from .force_balance import NEITHER, NO_CONTACT, strength_of_places
@@ -86,6 +87,8 @@ def strength_quantile(critical: xr.Dataset, share: float = 0.5) -> tuple[float, 
     shared = float(np.log1p(weighted_by_landing_share(errors).quantile(0.5))) if errors.size else 0.0
     if value == 0.0:  # so many spheres roll off by themselves
         return (value, low, high * float(np.exp(shared)))
+    if np.isnan(low):
+        return (value, low, high)
     with np.errstate(divide="ignore"):
-        below, above = (float(np.exp(np.hypot(np.log(end / value), shared))) for end in (low, high))
-    return (value, value / below, value * above)
+        error = total_error([error_of_interval(value, low, high), symmetric_error(shared / HALF_WIDTH)])
+    return (value, *error.interval(value))

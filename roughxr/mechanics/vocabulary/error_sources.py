@@ -118,12 +118,12 @@ def symmetric_error(std: float, **basis) -> KnownError:
 
 def error_of_interval(mean: float, low: float, high: float) -> KnownError:
     """Return the error of a mean with a 95 % interval."""
-    return KnownError(float(np.log(mean / low)) / HALF_WIDTH, float(np.log(high / mean)) / HALF_WIDTH)
+    return KnownError(-float(np.log(low / mean)) / HALF_WIDTH, float(np.log(high / mean)) / HALF_WIDTH)
 
 
 def total_error(errors: Iterable[KnownError]) -> KnownError:
     """Return the error by several independent sources; unknown errors are left out."""
-    known = [error for error in errors if np.isfinite(error.std)]
+    known = [error for error in errors if not np.isnan(error.std)]
     if not known:
         return KnownError()
     below, above = np.hypot.reduce([(error.below, error.above) for error in known]).tolist()
