@@ -47,7 +47,7 @@ _PAPER_PARTS = ("asperities", "direct", "superposition")
 _COMPARISON = "adhesive"
 
 #: Duration (s) of the simulation with adhesion at each place of the twin, on two cores.
-_EACH_PLACE = 0.6
+_EACH_PLACE = 0.4
 
 
 def paper(output: str | Path, *, command: str = "roughxr paper") -> dict[str, xr.Dataset]:
@@ -115,8 +115,8 @@ def _parts(answer_first: Callable[[Task], dict[str, xr.Dataset]]) -> list[Part]:
     comparison = [part._replace(each=_EACH_PLACE) for part in analysis.PARTS if part.name == _COMPARISON]
     return [
         *paper,
-        Part("corrections", "the paper's sums, corrected", lambda task: True, 2.0, 0.0, corrections),
-        Part("paper", "the paper's table and figures", lambda task: True, 8.0, 0.0, answer_first),
+        Part("corrections", "the paper's sums, corrected", lambda task: True, 0.4, 0.0, corrections),
+        Part("paper", "the paper's table and figures", lambda task: True, 4.0, 0.0, answer_first),
         *comparison,
     ]
 

@@ -223,7 +223,7 @@ def _durations(parts: Sequence[Part], places: int) -> tuple[dict[str, float], di
     """Return the usual duration (s) of each stage, and of compiling its kernels, which it contains."""
     compiling = {part.name: part.compiling for part in parts if part.compiling > 0}
     expected = {part.name: part.fixed + part.each * places + compiling.get(part.name, 0.0) for part in parts}
-    return expected | {"pages": 10.0}, compiling
+    return expected | {"pages": _PAGES_DURATION}, compiling
 
 
 def _warn_of_time(specimen: Specimen, plan: Plan) -> None:
@@ -262,6 +262,9 @@ def analyse(
 
 #: The last stage, after those of `PARTS`.
 _PAGES = "figures and report"
+
+#: Its duration (s), with the archive's.
+_PAGES_DURATION = 4.5
 
 
 def _applicable(task: Task, parts: Sequence[Part] | None) -> list[Part]:
