@@ -158,9 +158,9 @@ def test_options_out_of_range_are_named(options, message):
 
 def test_what_is_no_pull_off_is_named():
     solution = xr.Dataset({"force": (("subregion", "delta"), [[1.0, 2.0]])}, {"delta": [0.0, 1.0]})
-    with pytest.raises(ValueError, match="predicted: expected pull_off_force, found force; take"):
+    with pytest.raises(ValueError, match="predicted: expected a variable 'pull_off_force', found force; take"):
         roughxr.compare(solution, forces([1.0, 2.0]))
-    with pytest.raises(ValueError, match="measured: expected a Dataset"):
+    with pytest.raises(ValueError, match="measured: expected an xarray"):
         roughxr.compare(forces([1.0, 2.0]), [1.0, 2.0])
 
 

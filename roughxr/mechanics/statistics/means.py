@@ -16,7 +16,7 @@ from .pull_off_events import pull_off, smooth_pull_off
 from .sampling import (
     LIMITS,
     at_first_preload,
-    refuse_conditions,
+    forces_of_one_condition,
     refuse_several,
     sample_bounds,
     weighted_by_landing_share,
@@ -91,7 +91,7 @@ def _adhering_bounds(pull: xr.Dataset) -> np.ndarray:
             "a single force",
             "take the answer before the mean over places, or of one place, isel(subregion=0)",
         )
-    refuse_conditions(pull, "pull_off_force")
+    forces_of_one_condition(pull, "pull_off_force")
     bounds = sample_bounds(pull, "pull_off_force")
     if not (bounds[1] > 0).any():
         raise Refusal("pull_off_force", "at least one place that adheres", f"none of {force.size}")

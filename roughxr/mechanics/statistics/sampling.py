@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import IncompleteResult, did_you_mean, warn
 
@@ -231,14 +232,10 @@ def warn_of_missing(name: str, missing: int, total: int, why: str | None = None)
         )
 
 
-def refuse_conditions(ds: xr.Dataset, what: str) -> None:
-    """Raise for measured forces that are no Dataset, or of several conditions, such as loads."""
-    if not isinstance(ds, xr.Dataset):
-        advice = "open a file of measured forces by roughxr.open_pull_off"
-        raise Refusal(what, "a Dataset of pull-off forces", f"{type(ds).__name__} {ds!r}", advice)
-    if CONDITION not in ds.coords:
-        return
-    values = np.unique(ds[CONDITION].values)
+def forces_of_one_condition(ds: Any, what: str) -> xr.Dataset:
+    """Return pull-off forces; raise for other Datasets, and for several conditions, such as loads."""
+    ds = schema.validate(ds, "forces", what)
+    values = np.unique(ds.coords.get(CONDITION, ()))
     if values.size > 1:
         name = ds.attrs.get(CONDITION, CONDITION)
         listed = ", ".join(f"{value:g}" for value in values[:8])
@@ -248,6 +245,7 @@ def refuse_conditions(ds: xr.Dataset, what: str) -> None:
             f"{values.size} values of {name!r}: {listed}",
             f"select one, measured.where(measured.condition == {values[0]:g}, drop=True)",
         )
+    return ds
 
 
 def with_limits(ds: xr.Dataset, *names: str) -> xr.Dataset:

@@ -16,8 +16,8 @@ from ..statistics.places import independent_places
 from ..statistics.sampling import (
     Samples,
     counted_equally,
+    forces_of_one_condition,
     limit_attributes,
-    refuse_conditions,
     samples,
     with_limits,
     without_weights,
@@ -115,8 +115,8 @@ def compare(
     >>> print(compared.contact.answer().sentence.splitlines()[0])
     Measured over predicted mean: 1.56 (95 % interval 1.49 … 1.63).
     """
-    predicted = schema.in_package_units(predicted)
-    measured = schema.in_package_units(measured)
+    predicted = forces_of_one_condition(predicted, "predicted")
+    measured = forces_of_one_condition(measured, "measured")
     _refuse_exchanged(predicted, measured)
     if extrapolation is not None and not set(BEST_ESTIMATE) <= set(getattr(extrapolation, "data_vars", ())):
         raise Refusal("extrapolation", "a result of `extrapolated`", type(extrapolation).__name__ + " without its mean")
@@ -151,19 +151,13 @@ def _quantiles(forces: Samples) -> dict[str, np.ndarray]:
     return {"": np.where(low == high, low, np.nan), "_low": low, "_high": high}
 
 
-def _refuse_exchanged(predicted: Any, measured: Any) -> None:
+def _refuse_exchanged(predicted: xr.Dataset, measured: xr.Dataset) -> None:
     """Raise where only the second forces are those of a pair of bodies: the ratio would be the inverse."""
-    if not (isinstance(predicted, xr.Dataset) and isinstance(measured, xr.Dataset)):
-        return
     if "sphere_radius" in measured.coords and not schema.pair_coordinates(predicted):
         raise Refusal("predicted", "forces of a pair of bodies", "those of measured= alone", "exchange both")
 
 
 def _samples(ds: xr.Dataset, words: str) -> Samples:
-    refuse_conditions(ds, words)
-    if _NAME not in ds:
-        names = ", ".join(map(str, ds.data_vars)) or "nothing"
-        raise Refusal(words, _NAME, names, "take .contact.pull_off() of a solution first")
     sample = without_weights(samples(ds, _NAME, quiet=True), "compare")
     if not (sample.values > 0).any():
         raise Refusal(

@@ -14,7 +14,7 @@ from ..asperity.pull_off_maps import pull_off_map
 from ..bodies.layer import stiffened
 from ..bodies.pair_record import read_pair
 from ..contact.adhesion import adhesive
-from ..statistics.sampling import Samples, limit_attributes, refuse_conditions, samples
+from ..statistics.sampling import Samples, forces_of_one_condition, limit_attributes, samples
 from ..vocabulary import schema
 from ..vocabulary.calls import check_call
 from ..vocabulary.error_sources import UNSEEN
@@ -160,8 +160,7 @@ def _fitted_scalars(fitted: Fitted, modulus_trade: float) -> xr.Dataset:
 
 def _positive_forces(measured: xr.Dataset) -> Samples:
     """Return the measured forces; raise unless they are of one condition and positive."""
-    refuse_conditions(measured, "measured")
-    forces = samples(measured, "pull_off_force", quiet=True)
+    forces = samples(forces_of_one_condition(measured, "measured"), "pull_off_force", quiet=True)
     if low := int((forces.values <= 0).sum()):
         raise Refusal(
             "measured",

@@ -48,7 +48,7 @@ _MAKING = {
     "scan": "open a file by roughxr.open_scan, or make a scan of an array, xr.Dataset({'height': (('x', 'y'), "
     "heights)}, {'x': x, 'y': y}) with pixel centres x and y in nm",
     "moments": "pass the result of ds.contact.rolling()",
-    "forces": "take .contact.pull_off() of a solution first",
+    "forces": "take .contact.pull_off() of a solution, or open a file of measured forces by roughxr.open_pull_off",
 }
 
 #: Choices of the origin of delta.
@@ -137,13 +137,15 @@ def _in_table(variables: Mapping[Any, xr.Variable]) -> dict[str, xr.Variable]:
     return {name: variable for name, variable in converted.items() if variable is not variables[name]}
 
 
-def validate(ds: Any, kind: str) -> xr.Dataset:
+def validate(ds: Any, kind: str, what: str = "") -> xr.Dataset:
     """Return ``ds`` in roughxr's units and dimension order; raise where it is not of the kind.
 
     Parameters
     ----------
     ds : Dataset
-    kind : {"scan", "asperities", "solution", "pull_off", "line"}
+    kind : {"scan", "asperities", "solution", "pull_off", "line", "moments", "forces"}
+    what : str, optional
+        The argument's name, for errors.
 
     Returns
     -------
@@ -165,11 +167,11 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     >>> valid.height.dims, valid.x.values.tolist()
     (('x', 'y'), [0.0, 1000.0])
     """
-    need_dataset(ds, kind)
+    need_dataset(ds, kind, what)
     for name, dims in KINDS[kind].items():
         if name not in ds:
             names = ", ".join(map(str, ds.data_vars)) or "none"
-            raise Refusal(kind, f"a variable {name!r}", names, _MAKING.get(kind, ""))
+            raise Refusal(what or kind, f"a variable {name!r}", names, _MAKING.get(kind, ""))
         if not set(dims) <= set(ds[name].dims):
             raise Refusal(name, f"dimensions {dims}", tuple(ds[name].dims))
         if ds[name].dtype.kind not in "fiu":
@@ -207,11 +209,11 @@ def verb(kind: str) -> Callable[[_Verb], _Verb]:
     return decorate
 
 
-def need_dataset(data: Any, kind: str = "scan") -> None:
+def need_dataset(data: Any, kind: str = "scan", what: str = "") -> None:
     """Raise unless data are a Dataset."""
     if not isinstance(data, xr.Dataset):
         advice = _MAKING.get(kind, "pass what a function of roughxr returned, whole")
-        raise Refusal("", f"an xarray.Dataset of kind {kind!r}", type(data).__name__, advice)
+        raise Refusal(what, f"an xarray.Dataset of kind {kind!r}", type(data).__name__, advice)
 
 
 def entered_dataset(data: Any, kind: str = "scan") -> xr.Dataset:
