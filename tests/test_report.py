@@ -28,7 +28,7 @@ from roughxr.application.report import report_page
 from roughxr.application.report.report_page import methods
 from roughxr.application.report.run_numbers import debris_flags, run_numbers, summary_numbers
 from roughxr.application.runs import analysis, several
-from roughxr.application.wording import _entries, _Sentences, table_of_words
+from roughxr.application.wording import _entries, _Sentences, intervals, table_of_words
 from roughxr.mechanics.asperity import expectation
 from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
 from roughxr.mechanics.particles.removal import strength_quantile
@@ -209,7 +209,7 @@ def test_the_critical_flow_has_one_interval_at_all_doors(written, run, capsys):
     name = "critical_friction_velocity"
     summary = report.run_summary(run)
     ends = [float(summary[part]) for part in (name, f"{name}_low", f"{name}_high")]
-    interval = numbers.with_interval(*ends, "m/s", name="95 % interval, all known errors")
+    interval = intervals.with_interval(*ends, "m/s", name="95 % interval, all known errors")
     assert ends[1] < ends[0] < ends[2] and f"median {interval};" in capsys.readouterr().out
     column = report.tables(run)["Detachment in a flow of air"]["extrapolated"]
     shown = column[[f"{end} end of the median's 95 % interval, all known errors [m/s]" for end in ("lower", "upper")]]
@@ -392,12 +392,12 @@ def test_intervals_that_explode_are_not_printed_as_numbers():
     forces = xr.DataArray([1.0, 3.0, 2000.0], dims="subregion")
     headline = report.headline({"statistics/adhesive": xr.Dataset({"pull_off_force": forces})})
     assert "too few values" in headline and "Next: solve more places" in headline
-    wide = [numbers.value_and_interval(20.0, *ends)[1] for ends in ((0.00516, 71311.0), (0.387, 22.4), (1, 51))]
-    assert len(set(wide)) == 1 and numbers.value_and_interval(20.0, 1, 29) == ("20 nN", "1 … 29 nN")
+    wide = [intervals.value_and_interval(20.0, *ends)[1] for ends in ((0.00516, 71311.0), (0.387, 22.4), (1, 51))]
+    assert len(set(wide)) == 1 and intervals.value_and_interval(20.0, 1, 29) == ("20 nN", "1 … 29 nN")
     exploded = 12.1e3, 0.00516, 71311.0
-    assert numbers.with_interval(*exploded) == "12 µN (95 % interval wider than a factor of 50)"
-    assert numbers.with_interval(*exploded, why_wide=", too few values").endswith("of 50, too few values)")
-    assert numbers.value_and_interval(2149211.0, float("nan"), float("nan"), "m/s²")[0] == numbers.format_number(
+    assert intervals.with_interval(*exploded) == "12 µN (95 % interval wider than a factor of 50)"
+    assert intervals.with_interval(*exploded, why_wide=", too few values").endswith("of 50, too few values)")
+    assert intervals.value_and_interval(2149211.0, float("nan"), float("nan"), "m/s²")[0] == numbers.format_number(
         2.15e6, "m/s²"
     )
 
