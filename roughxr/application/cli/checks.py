@@ -24,10 +24,7 @@ from ...mechanics.vocabulary.units import positive
 from ..runs.run_options import check_output, read_adhesion
 from ..tables import table_writer
 from .options import AIR, BODIES, PARTICLE_CODES
-from .words import number, numbers
-
-#: Options that name one file, or several, to read.
-_FILES = ("scan", "file", "run", "finer", "indenter")
+from .words import FILES, number, numbers
 
 #: Units of the options that are positive quantities.
 _UNITS = {
@@ -49,7 +46,7 @@ _TABLES = {"detach:detach": ("output", "parameters"), "measurements:describe": (
 def check(options: Namespace) -> None:
     """Raise where a command's words are wrong by themselves."""
     given = {name: value for name, value in vars(options).items() if value is not None}
-    for name in _FILES:
+    for name in FILES:
         files = _listed(given.get(name, []))
         if len(files) == 1:  # of several the others are read
             Path(files[0]).stat()

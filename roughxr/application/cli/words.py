@@ -54,8 +54,11 @@ def error_reason(error: BaseException) -> str:
 _NO_OPTIONS = {"command", "line", "debug", "scan", "run", "file"}
 
 
+#: Options that name one file, or several, to read.
+FILES = ("scan", "file", "run", "finer", "indenter")
+
 #: Options that name files which a command reads, and files which it writes.
-_INPUTS = ("scan", "file", "run", "finer", "indenter", "config")
+_INPUTS = (*FILES, "config")
 _OUTPUTS = ("output", "parameters", "picture", "dem")
 
 
@@ -73,7 +76,7 @@ def refuse_inputs_as_outputs(options: Namespace) -> None:
 
 def expand_wildcards(options: Namespace) -> None:
     """Replace quoted wildcards of files, which no shell has expanded; raise for one that fits no file."""
-    for name in ("scan", "file", "run", "finer", "indenter"):
+    for name in FILES:
         value = getattr(options, name, None)
         if value is None:
             continue

@@ -15,7 +15,7 @@ from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.units import Places
 from .images import COLOURS, colorbar, colour_map, image
-from .style import BLACK, BLUE, GREEN, ORANGE, Axes, axes, label_axes, styled
+from .style import BLACK, BLUE, GREEN, ORANGE, Axes, axes, label_axes, legend, styled
 
 #: Colours of the modes of detachment; grey for places without one.
 _MODES = dict(zip((*MODES, NEITHER, NO_CONTACT, NO_REST), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8", "#969696")))
@@ -106,11 +106,10 @@ def _modes(ax, ds: xr.Dataset):
     order = np.array([list(_MODES).index(word) for word in mode], float)
     colours = {"cmap": ListedColormap(list(_MODES.values())), "vmin": -0.5, "vmax": len(_MODES) - 0.5}
     _centre_values(ax, ds, order, **colours)
-    counts = {word: int((mode == word).sum()) for word in _MODES if word in mode}
-    keys = [
-        ax.scatter([], [], color=_MODES[word], marker="s", s=22, label=f"{word} ({counts[word]})") for word in counts
-    ]
-    ax.legend(handles=keys, loc="lower left", bbox_to_anchor=(0, 1), ncols=len(keys), handletextpad=0.1)
+    for word, colour in _MODES.items():
+        if word in mode:
+            ax.scatter([], [], color=colour, marker="s", s=22, label=f"{word} ({np.sum(mode == word)})")
+    legend(ax)
 
 
 def _centre_values(ax, ds: xr.Dataset, values: np.ndarray, **colours: Any):

@@ -212,10 +212,6 @@ def _scan(scan: xr.Dataset) -> dict[str, Any]:
     return {"picture": as_uri(file.getvalue()), "box": extent(scan), "low": low, "high": high}
 
 
-def _number(value: float) -> float | None:
-    """Return a number to five digits, None for a missing one."""
-    return float(f"{value:.5g}") if np.isfinite(value) else None
-
-
 def _numbers(values: np.ndarray) -> list[float | None]:
-    return [_number(value) for value in np.asarray(values, float).tolist()]
+    """Return numbers to five digits, None for missing ones."""
+    return [float(f"{value:.5g}") if np.isfinite(value) else None for value in np.asarray(values, float).tolist()]
