@@ -259,7 +259,7 @@ def _outwards(part):
 
 def write_jpk_text(path, branches, unit="N"):
     """Write a cycle as JPK's programs export text, with a pause in contact."""
-    scale = {"N": 1e-9, "m": 1e-9 / STIFFNESS, "V": 1e-9 / (STIFFNESS * 50e-9)}[unit]
+    scale = {"N": 1e-9, "pN": 1e3, "m": 1e-9 / STIFFNESS, "nm": 1 / STIFFNESS, "V": 1e-9 / (STIFFNESS * 50e-9)}[unit]
     pause = np.full(50, branches[0][0][-1]), np.full(50, branches[0][1][-1])
     lines = ["# TEXT EXPORT", "# xPosition: 2.0E-6", "# yPosition: 3.0E-6", "#"]
     for segment, (piezo, force) in zip(("extend", "pause", "retract"), (branches[0], pause, branches[1])):

@@ -115,7 +115,7 @@ def test_a_damaged_nanoscope_header_is_named(tmp_path, cycles, lacking):
         open_curves(path)
 
 
-@pytest.mark.parametrize("unit", ["N", "m", "V"])
+@pytest.mark.parametrize("unit", ["N", "pN", "m", "nm", "V"])
 def test_a_jpk_text_is_what_was_written(tmp_path, cycles, unit):
     curves = open_curves(made.write_jpk_text(tmp_path / "curve.txt", cycles[0], unit))
     assert_written(curves.isel(subregion=0), cycles[0], 1e-5)

@@ -7,6 +7,7 @@ fractional bits, which the trigger shows: the force reaches its threshold in con
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
@@ -19,6 +20,7 @@ import numpy as np
 import pandas as pd
 
 from ...mechanics.vocabulary.refusal import Refusal
+from ...mechanics.vocabulary.units import converts, factor
 from ..images.channel import first_bytes, refuse_other_size
 from ..images.nanoscope_header import LARGEST_HEADER, SCALED, SENSITIVITY, Block, header_blocks, header_values
 from ..images.plain import decoded
@@ -26,9 +28,6 @@ from . import curve_reader
 
 #: A curve: values stated in its header, and a function that reads its columns.
 Curve = dict[str, Any]
-
-#: Sizes, m and N, of the units in exported texts.
-_SIZES = {"m": 1.0, "um": 1e-6, "µm": 1e-6, "nm": 1e-9, "N": 1.0, "uN": 1e-6, "µN": 1e-6, "nN": 1e-9, "pN": 1e-12}
 
 #: JPK's columns of the height, sensors first.
 _JPK_SENSORS = ("strainGaugeHeight", "capacitiveSensorHeight", "measuredHeight")
@@ -96,23 +95,35 @@ def _jpk_segment(stated: dict[str, str], lines: list[str], known: dict[str, floa
     names = stated.get("columns", "").split()
     units = dict(zip(names, stated.get("units", "").split()))
     height = next((name for name in _JPK_HEIGHTS if name in units), None)
-    if height is None or units[height] not in _SIZES or units.get("vDeflection") not in _NEEDED:
+    if height is None or not converts(units[height], "m") or units.get("vDeflection") not in _DEFLECTIONS:
         raise Refusal("", "columns of height and vDeflection with units", ", ".join(names))
     values = dict(zip(names, np.loadtxt(lines, ndmin=2).T))
     calibration = _jpk_calibration(stated, known)
-    needed = _NEEDED[units["vDeflection"]]
-    factor = np.prod([calibration.get(name, np.nan) for name in needed])
+    newtons, needed = _newtons(units["vDeflection"], calibration)
+    metres = factor(units[height], "m")
     is_pause = stated.get("segment") == "pause"
-    return _Segment(
-        is_pause, calibration, needed, values[height] * _SIZES[units[height]], values["vDeflection"] * factor
-    )
+    return _Segment(is_pause, calibration, needed, values[height] * metres, values["vDeflection"] * newtons)
 
 
 #: Values that make a force of a voltage, by afmformats' names.
 _CALIBRATION = ["sensitivity", "spring constant"]
 
-#: Values that make a force of a deflection in each unit.
-_NEEDED = {"pN": [], "nN": [], "uN": [], "N": [], "nm": _CALIBRATION[1:], "m": _CALIBRATION[1:], "V": _CALIBRATION}
+#: Size of a unit of deflection, N, m or V, and the values that make a force of it.
+_DEFLECTIONS: dict[str, tuple[float, list[str]]] = {
+    "pN": (1e-12, []),
+    "nN": (1e-9, []),
+    "uN": (1e-6, []),
+    "N": (1.0, []),
+    "nm": (1e-9, _CALIBRATION[1:]),
+    "m": (1.0, _CALIBRATION[1:]),
+    "V": (1.0, _CALIBRATION),
+}
+
+
+def _newtons(unit: str, calibration: dict[str, float]) -> tuple[float, list[str]]:
+    """Return the force of a unit of deflection, NaN without its calibration, and the names of this."""
+    size, needed = _DEFLECTIONS[unit]
+    return size * math.prod(calibration.get(name, np.nan) for name in needed), needed
 
 
 def _jpk_calibration(stated: dict[str, str], known: dict[str, float]) -> dict[str, float]:
@@ -150,13 +161,12 @@ def _text_branch(
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Return height (m) and force (N) of a branch, and the names of the calibration that its deflection needs."""
     named = {_column_quantity(name, branch): table[name].to_numpy() for name in table if f"_{branch}" in name}
-    ramp = next((key for prefix in _RAMPS for key in named if key[0] == prefix and key[1] in _SIZES), None)
-    deflection = next((("Defl", unit) for unit in _NEEDED if ("Defl", unit) in named), None)
+    ramp = next((key for prefix in _RAMPS for key in named if key[0] == prefix and converts(key[1], "m")), None)
+    deflection = next((("Defl", unit) for unit in _DEFLECTIONS if ("Defl", unit) in named), None)
     if ramp is None or deflection is None:
         raise Refusal("", f"columns Calc_Ramp_{branch}_nm and Defl_pN_{branch}", ", ".join(table))
-    needed = _NEEDED[deflection[1]]
-    factor = _SIZES.get(deflection[1], 1.0) * np.prod([calibration.get(name, np.nan) for name in needed])
-    return -named[ramp] * _SIZES[ramp[1]], named[deflection] * factor, needed
+    newtons, needed = _newtons(deflection[1], calibration)
+    return -named[ramp] * factor(ramp[1], "m"), named[deflection] * newtons, needed
 
 
 def _column_quantity(name: str, branch: str) -> tuple[str, str]:
@@ -333,10 +343,10 @@ def _sine_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
 def _place(number: int, count: int, header: dict[str, str], scans: list[dict[str, str]]) -> dict[str, float]:
     """Return the place (m) of a curve of a volume, from the lower left corner, rows upwards."""
     scan_size = (scans[0] if scans else header).get("scan size", "").replace("~", "µ").split()
-    if len(scan_size) < 2 or scan_size[-1] not in _SIZES or not float(scan_size[0]) > 0:
+    if len(scan_size) < 2 or not converts(scan_size[-1], "m") or not float(scan_size[0]) > 0:
         return {}
     columns = int(scans[0]["samps/line"].split()[0]) if _is_peak_force(header) else round(count**0.5)
-    pixel = float(scan_size[0]) * _SIZES[scan_size[-1]] / columns
+    pixel = float(scan_size[0]) * factor(scan_size[-1], "m") / columns
     row, column = divmod(number, columns)
     return {"position x": (column + 0.5) * pixel, "position y": (row + 0.5) * pixel}
 

@@ -301,11 +301,10 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
         return _CurveResults(reason=reason)
     if _is_pressed_at_the_end(force):
         return _CurveResults(reason=_PRESSED_LAST)
-    ruptures = _ruptures(force)
-    pull = retraction_pull(z, force, share, ruptures)
+    pull = retraction_pull(z, force, share)
     lowest, line = pull.lowest, pull.line
     flat = force - line.force(z)
-    heights = [rupture.height for rupture in ruptures]
+    heights = [rupture.height for rupture in _ruptures(force)]
     result = _CurveResults(
         largest_rupture=max(heights, default=np.nan),
         ruptures=len(heights),
@@ -413,13 +412,12 @@ class Pull(NamedTuple):
         return max(_SIGNIFICANCE * self.line.noise, self.significance * self.error)
 
 
-def retraction_pull(z: np.ndarray, force: np.ndarray, share: _Stretch, ruptures: list[_Rupture] | None = None) -> Pull:
+def retraction_pull(z: np.ndarray, force: np.ndarray, share: _Stretch) -> Pull:
     """Return the lowest force of a retraction, above the baseline whose error holds there."""
     if isinstance(share, tuple):
         return _pull_above_stretch(z, force, share)
-    ruptures = _ruptures(force) if ruptures is None else ruptures
     lowest, recovery = _lowest_sample(force)
-    far = _far_part(z, force, share, ruptures, recovery)
+    far = _far_part(z, force, share, recovery)
     pull = _pull_at(z, force, lowest, far)
     if pull.is_measured:
         return pull
@@ -487,8 +485,9 @@ class _FarPart(NamedTuple):
         return bool(self.line.longest - z[-1] >= _PLAIN * (at - z[-1]))
 
 
-def _far_part(z: np.ndarray, force: np.ndarray, share: float, losses: list[_Rupture], recovery: float) -> _FarPart:
+def _far_part(z: np.ndarray, force: np.ndarray, share: float, recovery: float) -> _FarPart:
     """Return the far part, a share of the travel."""
+    losses = _ruptures(force)
     start = int(np.argmax(z <= z.min() + share * np.ptp(z)))
     after_losses = max([start, *(rupture.end for rupture in losses)])
     after_losses = after_losses if force.size - after_losses >= _LEAST_SAMPLES else start
@@ -723,7 +722,6 @@ def _minimum(
     first, last = _range_around(np.abs(force[:end] - force[at]) > spread * noise, at)
     steep = end == force.size and last - first < _LEAST_LOW
     best = _Minimum(np.nan, np.inf, (0, 0))
-    ranges = set()
     for _ in range(_ROUNDS):
         first, last = max(first, ends[0]), min(last, ends[1])
         first = max(min(first, last - _LEAST_LOW), 0)
@@ -733,9 +731,6 @@ def _minimum(
         is_detached = ends[1] == end < force.size
         low = _parabola(time, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, detached=is_detached)
         best = low if low.error < best.error else best
-        ranges.add((first, last))
-        if low.reach in ranges:
-            break
         first, last = low.reach
     return best.force, best.error
 

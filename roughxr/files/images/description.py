@@ -19,20 +19,6 @@ from ...mechanics.vocabulary.units import factor
 from .channel import Channel, file_name, is_length
 from .recognition import call_naming_file, file_hash, labelled, list_channels, reader_of, regular_file, with_size
 
-_COLUMNS = (
-    "name",
-    "scan_direction",
-    "units",
-    "columns",
-    "rows",
-    "size_x",
-    "size_y",
-    "missing",
-    "lowest",
-    "highest",
-    "s_q",
-)
-
 
 def describe(path: str | os.PathLike) -> xr.Dataset:
     """Return a list of the images in a file, along ``channel``.
@@ -65,7 +51,7 @@ def describe(path: str | os.PathLike) -> xr.Dataset:
     path = regular_file(path)
     family, _ = reader_of(path)
     rows = [call_naming_file(path, _described, channel, path) for channel in list_channels(path)]
-    columns = {name: ("channel", [row.get(name, np.nan) for row in rows]) for name in _COLUMNS}
+    columns = {name: ("channel", [row[name] for row in rows]) for name in rows[0] if name not in ("format", "doubts")}
     out = schema.label(xr.Dataset(columns, {"channel": np.arange(len(rows))}))
     return out.assign_attrs(
         source_file=file_name(path),
@@ -84,7 +70,12 @@ def _described(channel: Channel, path: Path) -> dict[str, Any]:
         "units": channel.units or "not stated",
         "columns": channel.shape[1],
         "rows": channel.shape[0],
+        "size_x": np.nan,
+        "size_y": np.nan,
         "missing": int(np.isnan(values).sum()),
+        "lowest": np.nan,
+        "highest": np.nan,
+        "s_q": np.nan,
         "format": channel.header.get("format"),
         "doubts": [],
     }
