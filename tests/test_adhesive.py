@@ -9,8 +9,9 @@ import xarray as xr
 
 import roughxr
 from roughxr.mechanics.contact.adhesion import adhesive
-from roughxr.mechanics.contact.elastic import LIMITS, direct
+from roughxr.mechanics.contact.elastic import direct
 from roughxr.mechanics.kernels.asperity import jkr, maugis
+from roughxr.mechanics.kernels.halfspace import displacement_control
 from tests import surfaces
 
 # Surfaces and meshes of these tests are coarse, which warns.
@@ -204,7 +205,7 @@ def test_without_adhesion_it_is_the_elastic_contact(law, monkeypatch):
     ds["work_of_adhesion"] = 0.0
     delta = [3.0, 6.0, 9.0]
     adhering = by_cells(ds, delta=delta, mesh=roughxr.Mesh(1, step=1.0), **law).force
-    monkeypatch.setattr("roughxr.mechanics.contact.elastic.LIMITS", LIMITS._replace(tolerance=1e-9))
+    monkeypatch.setitem(displacement_control.sweep_arrays.__kwdefaults__, "tolerance", 1e-9)
     elastic = direct(ds, delta=delta).force
     for branch in ("loading", "retraction"):
         np.testing.assert_allclose(adhering.sel(branch=branch), elastic, rtol=1e-6, atol=1e-6)

@@ -33,7 +33,7 @@ LARGEST_DIFFERENCE = 0.3
 
 #: Stated error, over the difference of both edges, if the steeper edge has the larger pull-off. Flat punches are off by
 #: 1.5 to 1.7 times the difference at ten and twenty cells in radius, flattened asperities by less than half of it.
-RIM_ERROR = 2.0
+_RIM_ERROR = 2.0
 
 #: Least radius (cells) of a resolved contact at pull-off.
 LEAST_RADIUS = 2.0
@@ -233,7 +233,7 @@ def edge_extrapolation(law: str, radius: float, change: float) -> Extrapolation:
     n = 1.8 and 1.6. Without range, few cells add a number over the radius, which is fitted (``_EXTRAPOLATION``).
     """
     if change > 0 and not ADHESION_LAWS[law].has_range:  # as at a rim that cannot move
-        return Extrapolation(0.0, RIM_ERROR * change)
+        return Extrapolation(0.0, _RIM_ERROR * change)
     if abs(change) > LARGEST_DIFFERENCE:
         return Extrapolation(0.0, abs(change))
     constant, over_radius = _EXTRAPOLATION[law]

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from .adhesion_on_cells import Adhesion, resolving_cell
-from .cycle import LARGEST_CORRECTION, LARGEST_DIFFERENCE, MOST_CELLS, RIM_ERROR, Cycles, cycles_on, overlapping_cells
+from .cycle import LARGEST_CORRECTION, LARGEST_DIFFERENCE, MOST_CELLS, Cycles, cycles_on, overlapping_cells
 from .pressing import LARGEST_SETTLING, settled_errors
 from .problem import Place, Problem, surface_at
 
@@ -128,11 +128,9 @@ def _possible_meshes(place: Place, problem: Problem, adhesion: Adhesion) -> list
 def _error_of_finer_mesh(coarse: Cycles, fine: Cycles) -> np.ndarray:
     """Return the relative errors of pull-offs without those of slow convergence; NaN where the coarse mesh has none."""
     change = _change(coarse, fine)
-    # two edges may agree by chance: half the error of the coarser mesh is a lower bound
-    edge_errors = np.fmax(_edge_errors(fine), _edge_errors(coarse) / RIM_ERROR)
     radius_errors = np.fmax(_radius_errors(fine), _film_errors(fine))
     is_new = np.isnan(change) & (fine.pull_offs > 0)
-    return np.where(is_new, np.nan, np.fmax.reduce([change, edge_errors, radius_errors]))
+    return np.where(is_new, np.nan, np.fmax.reduce([change, _edge_errors(fine), radius_errors]))
 
 
 def _meets_accuracy(errors: np.ndarray, cycles: Cycles, adhesion: Adhesion) -> bool:
