@@ -7,8 +7,8 @@ pixel and its eight neighbours, within half a pixel of that pixel. So Z has no d
 narrower than a few pixels keeps its height.
 
 The cost is linear in the number of pixels for two reasons. A pixel that lies below the sphere's curve through two
-others is never touched. Of the remaining ones, nearly all stay below the highest over a box of positions; boxes are
-halved until few are left, as in `envelope`. The result is exact.
+opposite neighbours is never touched. Of the remaining ones, nearly all stay below the highest over a box of positions;
+boxes are halved until few are left, as in `envelope`. The result is exact.
 
 Letters: x, y pixel centres (nm); h, Z heights (nm); R radius (nm); u, v position from a pixel's centre (nm).
 """
@@ -39,19 +39,14 @@ class Ball(NamedTuple):
 
 
 @kernel
-def _is_summit(z, i, j, pixel, bend, rise):
-    """Return whether no two pixels on opposite sides hide this one; ``bend`` is the sphere's largest curvature."""
+def _is_summit(z, i, j, pixel, bend):
+    """Return whether no two neighbours on opposite sides hide a pixel; ``bend`` is the sphere's largest curvature."""
     nx, ny = z.shape
     for di, dj in ((1, 0), (0, 1), (1, 1), (1, -1)):
-        step2 = (di * pixel[0]) ** 2 + (dj * pixel[1]) ** 2
-        n = 1
-        # distance (pixels) up to which pixels may hide another one; the same for all tilings, so that results are the
-        # same
-        while n <= 8 and 0 <= i - n * di and i + n * di < nx and 0 <= j - n * abs(dj) and j + n * abs(dj) < ny:
-            second = z[i + n * di, j + n * dj] + z[i - n * di, j - n * dj] - 2 * z[i, j]
-            if second > n * n * step2 * bend + (4 * rise if n > 1 else 0.0):
+        if 0 <= i - di and i + di < nx and 0 <= j - abs(dj) and j + abs(dj) < ny:
+            second = z[i + di, j + dj] + z[i - di, j - dj] - 2 * z[i, j]
+            if second > ((di * pixel[0]) ** 2 + (dj * pixel[1]) ** 2) * bend:
                 return False
-            n *= 2
     return True
 
 
@@ -86,14 +81,10 @@ def patches(z, x, y, pixel, radius, reach):
     """Return the patches (rows) of the pixels that a sphere may touch."""
     nx, ny = z.shape
     bend = np.inf if reach > 0.99 * radius else 1 / radius * (1 - (reach / radius) ** 2) ** -1.5
-    row = np.zeros(RISE + 1)
     is_chosen = np.zeros(z.shape, np.bool_)
     for i in range(nx):
         for j in range(ny):
-            if 0 < i < nx - 1 and z[i - 1, j] + z[i + 1, j] - 2 * z[i, j] > pixel[0] ** 2 * bend:
-                continue  # cheapest test first
-            put_patch(row, z, i, j, pixel, radius)
-            is_chosen[i, j] = _is_summit(z, i, j, pixel, bend, row[RISE])
+            is_chosen[i, j] = _is_summit(z, i, j, pixel, bend)
     rows, columns = np.nonzero(is_chosen)
     out = np.zeros((rows.size, RISE + 1))
     for k in range(rows.size):
