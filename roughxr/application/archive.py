@@ -13,7 +13,7 @@ import itertools
 import json
 import os
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -121,19 +121,25 @@ def add(
             shutil.copyfile(path, temporary)
         with open_locked_raw(temporary, "a" if onto else "w") as file:
             _write_groups(file, loaded)
-            stored = {name: _read_group(path, name, file[name]) for name in groups if not lazy[name]}
-            checksums = _checksums(getattr(file, _CHECKSUMS, ""))
+            contents = f"in groups, open with xarray.open_datatree: {', '.join(group_names(file))}"
+            _set_attributes(file, {**attrs, "comment": contents})
+            stored = _with_checksums(file, path, [name for name in groups if not lazy[name]])
         for name, keys in lazy.items():
             for key in keys:
                 _write_field(groups[name][[key]], key, temporary, name)
-        with open_locked_raw(temporary, "a") as file:
-            stored |= {name: _read_group(path, name, file[name]) for name in groups if lazy[name]}
-            checksums |= {name: group.checksum for name, group in stored.items()}
-            contents = f"in groups, open with xarray.open_datatree: {', '.join(group_names(file))}"
-            checksum_lines = "\n".join(map(" ".join, checksums.items()))
-            _set_attributes(file, {**attrs, _CHECKSUMS: checksum_lines, "comment": contents})
+        if any(lazy.values()):
+            with open_locked_raw(temporary, "a") as file:
+                stored |= _with_checksums(file, path, [name for name in groups if lazy[name]])
         note_own_file(temporary)
-    return {name: stored[name].ds for name in sorted(stored)}
+    return {name: stored[name] for name in sorted(stored)}
+
+
+def _with_checksums(file: netCDF4.Dataset, path: Path, names: Iterable[str]) -> dict[str, xr.Dataset]:
+    """Return groups as an open file contains them, whose checksums are written to its root."""
+    stored = {name: _read_group(path, name, file[name]) for name in names}
+    checksums = _checksums(getattr(file, _CHECKSUMS, "")) | {name: group.checksum for name, group in stored.items()}
+    file.setncattr(_CHECKSUMS, "\n".join(map(" ".join, checksums.items())))
+    return {name: group.ds for name, group in stored.items()}
 
 
 def _set_attributes(file: netCDF4.Dataset, attrs: Mapping[str, Any]) -> None:
@@ -232,9 +238,8 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     3.0
     """
     path = run_archive(Path(path))
-    if missing := root_attributes(path).get(UNFINISHED):
-        warn(f"{path}: the run is not finished, {missing}; the same command continues it")
     with _damage_explained(path), open_locked_raw(path) as file:
+        missing = getattr(file, UNFINISHED, "")
         checksums = _checksums(getattr(file, _CHECKSUMS, ""))
         if not checksums and file.groups and str(getattr(file, "source", "")).startswith("roughxr "):
             raise ValueError("it lacks the checksums of its groups")
@@ -242,6 +247,8 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
         for name, group in groups.items():
             if group.checksum != checksums.get(name, ""):
                 raise ValueError(f"{name} is not as it was written")
+    if missing:
+        warn(f"{path}: the run is not finished, {missing}; the same command continues it")
     return {name: group.ds for name, group in groups.items()}
 
 
