@@ -685,6 +685,8 @@ def test_a_variable_over_a_parameter_is_its_mean_and_its_places():
     np.testing.assert_allclose(mean.get_ydata(), ds.pull_off_force.mean("subregion"))
     two = figures.plot(over_parameters(1.0, ("preload", [0.0, 1.0]), ("load", [1.0, 2.0, 90.0])))
     assert [text.get_text() for text in two.get_legend().get_texts()] == ["0 nN", "1 nN"]
+    two_laws = over_parameters(1.0, ("preload", [0.0, 1.0, 2.0]), ("law", ["jkr", "exponential"]))
+    assert [text.get_text() for text in figures.plot(two_laws).get_legend().get_texts()] == ["jkr", "exponential"]
     with pytest.raises(ValueError, match=r"select first, for example ds.isel\(load=0\)"):
         figures.plot(over_parameters(1.0, ("preload", range(9)), ("load", range(8))))
 

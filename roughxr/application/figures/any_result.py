@@ -10,7 +10,6 @@ import xarray as xr
 from ...mechanics.jobs.records import FIELDS
 from ...mechanics.scans.regions import extent
 from ...mechanics.vocabulary import schema
-from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import did_you_mean
 from .contact_fields import field_map
@@ -24,6 +23,7 @@ from .sweeps import sweep
 from .uncertainty_bars import error_budget
 from .values import (
     answer_rows,
+    entry_in_words,
     estimates_over_parameter,
     fitted_laws,
     named_values,
@@ -173,12 +173,6 @@ def _array(array: xr.DataArray, *, ax: Axes | None = None, **options: Any) -> An
     return ax
 
 
-def _entry(coordinate: xr.DataArray) -> str:
-    """Return an entry of a dimension in words."""
-    value = coordinate.item()
-    return value if isinstance(value, str) else format_number(value, coordinate.attrs.get("units", ""))
-
-
 def _densities(array: xr.DataArray, ax: Any, **options: Any):
     """Draw a density or a cumulative probability as steps; along another dimension, those of each entry."""
     *others, name = map(str, array.dims)
@@ -188,7 +182,7 @@ def _densities(array: xr.DataArray, ax: Any, **options: Any):
         sampling += f", {array.sizes[name]} bins"
     for order in range(cases.sizes["case"]):
         case = cases.isel(case=order)
-        label = ", ".join(_entry(case[other]) for other in others) or sampling
+        label = ", ".join(entry_in_words(case[other]) for other in others) or sampling
         look = {"label": label, **stroke(order), **options}
         if "bin_edges" in array.attrs:
             ax.stairs(case.values, np.asarray(array.attrs["bin_edges"]), **look)

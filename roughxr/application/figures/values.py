@@ -113,7 +113,7 @@ def over_parameter(ds: xr.Dataset, name: str, *, ax: Axes | None = None):
     for order, case in enumerate(cases):
         look = {"marker": "o", "markersize": 3.0, **stroke(order)}
         x = _positions(case[along])
-        label = format_number(case[others[0]], case[others[0]].attrs.get("units", "")) if others else None
+        label = entry_in_words(case[others[0]]) if others else None
         if sample is None or case.sizes[sample] == 1:
             ax.plot(x, case[name].squeeze().values, label=label, **look)
             continue
@@ -139,6 +139,12 @@ def estimates_over_parameter(ds: xr.Dataset, *, ax: Axes | None = None):
         _draw_estimates(ax, x, statistics_of.isel(statistic=order), str(label), look)
     title = f"with {100 * ds.attrs.get('confidence', 0.95):g} % intervals"
     return legend(_labelled(ax, ds[along], str(ds.attrs["variable"])), title=title)
+
+
+def entry_in_words(coordinate: xr.DataArray) -> str:
+    """Return an entry of a dimension in words."""
+    value = coordinate.item()
+    return value if isinstance(value, str) else format_number(value, coordinate.attrs.get("units", ""))
 
 
 def _draw_estimates(ax: Axes, x: np.ndarray, statistic: xr.Dataset, label: str, look: dict[str, Any]) -> None:
