@@ -435,7 +435,7 @@ def test_a_share_is_removed_by_its_quantile_among_all_particles():
     assert float(half) == pytest.approx(float(strength[4:].quantile(0.5 / 0.8)))
     with pytest.raises(ValueError, match=r"share: expected a number between 0 and 1, such as 0.9 or '90 %', found 90"):
         particles.removing_load(critical, 90)
-    with pytest.raises(ValueError, match="expected a result of critical_load"):
+    with pytest.raises(ValueError, match=r"critical_load: expected a variable .*; pass"):
         particles.removing_load(critical[["mode"]])
 
 

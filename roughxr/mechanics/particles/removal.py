@@ -9,7 +9,6 @@ from ..statistics import bootstrap
 from ..statistics.sampling import first_surface_of_each_place, weighted_by_landing_share
 from ..vocabulary import schema
 from ..vocabulary.error_sources import HALF_WIDTH, error_of_interval, symmetric_error, total_error
-from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity, fraction
 from .force_balance import NEITHER, NO_CONTACT, strength_of_places
 
@@ -18,7 +17,7 @@ _NAME = "removing_load"
 _ENDS = ("", "_low", "_high")
 
 
-@schema.verb("result")
+@schema.verb("critical_load")
 def removing_load(ds: xr.Dataset, share: Quantity = 0.5) -> xr.Dataset:
     """Return the strength of a steady load that removes a share of the particles.
 
@@ -50,8 +49,6 @@ def removing_load(ds: xr.Dataset, share: Quantity = 0.5) -> xr.Dataset:
     >>> bool(half.removing_load < most.removing_load), most.removing_load.units
     (True, 'm/s')
     """
-    if not {"mode", "shared_load_error"} <= set(ds):
-        raise Refusal("", "a result of critical_load", ", ".join(map(str, ds.data_vars)) or "nothing")
     removed = fraction(share, "share")
     strength = strength_of_places(ds)
     moves = (ds["mode"] != NEITHER).where(ds["mode"] != NO_CONTACT)

@@ -62,13 +62,9 @@ def centres_of(ds: xr.Dataset, subregions: Places) -> xr.Dataset:
     if subregions is None:
         subregions = ds if "subregion_x" in ds.coords else (1, 1)
     if isinstance(subregions, xr.Dataset):
-        places: xr.Dataset = schema.in_package_units(subregions)
-        if "subregion_x" not in places or "subregion_y" not in places:
-            names = ", ".join(map(str, places.variables))
-            raise Refusal("subregions", "a Dataset with subregion_x and subregion_y", names, "take one from `resting`")
-        if places["subregion_x"].size == 0:
+        subregions = schema.validate(subregions, "places", "subregions")
+        if subregions["subregion_x"].size == 0:
             raise Refusal("subregions", "at least one contact centre", "none")
-        subregions = places
     edges = edges_of(ds)
     # largest number of tiles along one axis, where the number of pixels is not known
     x, y = _positions(subregions, edges, (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (65536,) * 2)

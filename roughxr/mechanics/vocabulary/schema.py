@@ -48,6 +48,8 @@ _MAKING = {
     "scan": "open a file by roughxr.open_scan, or make a scan of an array, xr.Dataset({'height': (('x', 'y'), "
     "heights)}, {'x': x, 'y': y}) with pixel centres x and y in nm",
     "moments": "pass the result of ds.contact.rolling()",
+    "places": "pass the result of ds.contact.resting(), or of a solver",
+    "critical_load": "pass the result of .contact.critical_load() of moments",
     "forces": "take .contact.pull_off() of a solution, or open a file of measured forces by roughxr.open_pull_off",
 }
 
@@ -143,7 +145,7 @@ def validate(ds: Any, kind: str, what: str = "") -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-    kind : {"scan", "asperities", "solution", "pull_off", "line", "moments", "forces"}
+    kind : {"scan", "asperities", "solution", "pull_off", "line", "moments", "critical_load", "forces", "places"}
     what : str, optional
         The argument's name, for errors.
 

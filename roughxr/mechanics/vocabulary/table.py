@@ -55,6 +55,8 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
     "line": {"height": ("x",)},
     "moments": {"resisting_moment": ("subregion", "direction")},
     "forces": {"pull_off_force": ()},
+    "places": {"subregion_x": (), "subregion_y": ()},
+    "critical_load": {"shared_load_error": ("subregion",)},
 }
 
 #: Scalar coordinates of a scan with an assigned pair, which every result and archive keeps.
