@@ -101,3 +101,14 @@ def flattened_pull_off(*, radius, contact_modulus, work_of_adhesion, hardness):
     part = 3 * punch / (8 * load)  # where the pull is largest, s^{3/2}/√(1 − s²)
     s = brentq(lambda s: (s / part) ** 2 * s + s * s - 1, 0.0, 1.0, xtol=1e-15)
     return float(punch * s**1.5 - 2 * load * (np.arcsin(s) - s * s**1.5 / part))
+
+
+def wide_contact_pull_off(radius, modulus, work):
+    """Return JKR's pull-off (nN) of a sphere whose contact is not small beside its radius.
+
+    Sneddon's load of the exact sphere less that of a flat punch at Griffith's balance (Maugis, Langmuir 11 (1995) 679).
+    """
+    a = np.linspace(0.01, 0.95, 10_000) * radius
+    logarithm = np.log((radius + a) / (radius - a))
+    hertz = modulus * (0.5 * (a**2 + radius**2) * logarithm - a * radius)
+    return -np.min(hertz - np.sqrt(8 * np.pi * modulus * work * a**3))
