@@ -302,21 +302,16 @@ def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Qua
 def _fractional_bits(stored: _Quantity, sizes: tuple[int, int], header: dict[str, str]) -> int:
     """Return the number of fractional bits of integers of four bytes, by the trigger if there is a relative one."""
     default = 0 if len(stored.counts) == 1 else 8  # of a curve, of a volume
-    threshold = SCALED.match(header.get("trig threshold deflection", ""))
-    if (
-        _is_peak_force(header)
-        or header.get("trigger mode") != "Relative"
-        or threshold is None
-        or float(threshold["value"]) <= 0
-    ):
-        return default
+    stated = SCALED.match(header.get("trig threshold deflection", ""))
+    has_trigger = header.get("trigger mode") == "Relative" and not _is_peak_force(header)
+    threshold = float(stated["value"]) if stated and has_trigger else 0.0
     # number of curves of a volume that show the trigger
     extensions = np.asarray(stored.counts[:16, : sizes[0]], float) * stored.factor
     far = np.median(extensions[:, -max(sizes[0] // 4, 1) :], axis=1)
     reached = np.median(extensions.max(axis=1) - far)
-    if reached <= 0:
+    if min(threshold, reached) <= 0:
         return default
-    return min(_POSSIBLE_BITS, key=lambda bits: abs(np.log(reached / 2**bits / float(threshold["value"]))))
+    return min(_POSSIBLE_BITS, key=lambda bits: abs(np.log(reached / 2**bits / threshold)))
 
 
 def _ramp_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:

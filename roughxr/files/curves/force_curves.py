@@ -597,7 +597,7 @@ def _line_after_jump(
     tilt, offset = line_through(z[first:] - at, force[first:])
     flat = force - offset - tilt * (z - at)
     later = [rupture for rupture in losses if rupture.end > first + _RUPTURE_SAMPLES]
-    level, level_error, beyond = _free_level(flat, lowest, first, later, straight.force(at) - offset, noise)
+    level, level_error, beyond = _free_level(flat, lowest, first, later, noise)
     is_straight = beyond > first and straight.error(at) < level_error
     if is_straight or not level_error < np.inf:
         return straight
@@ -616,14 +616,14 @@ def _line_after_jump(
 
 
 def _free_level(
-    flat: np.ndarray, lowest: int, first: int, later: list[_Rupture], straight_level: float, noise: float
+    flat: np.ndarray, lowest: int, first: int, later: list[_Rupture], noise: float
 ) -> tuple[float, float, int]:
     """Return the force of the free cantilever at the lowest sample, its error, and the first sample after all losses.
 
     It follows from the samples after the jump, or from those after later losses of tension.
     """
     level, error = extrapolated_level(flat[first:], first - lowest, noise)
-    count, height = last_step(flat[first:], noise) if later or straight_level > level else (0, 0.0)
+    count, height = last_step(flat[first:], noise)
     beyond = max([first + count, *(rupture.end + 1 for rupture in later)])
     tension_after = max(height, sum(rupture.height for rupture in later))
     levels = [(np.hypot(error, tension_after / 2), level + tension_after)]

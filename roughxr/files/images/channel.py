@@ -164,12 +164,9 @@ def is_igor(head: bytes) -> bool:
 def refuse_other_size(path: Path, stated: int, size: int | None = None, *, may_be_longer: bool = False) -> None:
     """Raise unless a file, or its data, have as many bytes as the file states; more bytes would shift the heights."""
     size = path.stat().st_size if size is None else size
-    if size < stated:
-        fault = "cut short"
-    elif size > stated and not may_be_longer:
-        fault = "damaged"
-    else:
+    if size == stated or (size > stated and may_be_longer):
         return
+    fault = "cut short" if size < stated else "damaged"
     raise UnreadableScan(path, f"{stated:,} bytes, as its header states", f"{size:,}: {fault}", COPY_AGAIN)
 
 
