@@ -146,11 +146,11 @@ def test_the_time_left_of_measured_runs_is_right_within_a_factor_of_two(surface,
         assert after <= before or "(more than before: each place t" in line
 
 
-@pytest.mark.parametrize(("share", "compiling"), [(1.0, True), (0.4, False), (0.0, False)])
+@pytest.mark.parametrize(("share", "compiling"), [(1.0, True), (0.9, True), (0.4, False), (0.0, False)])
 def test_a_run_states_the_time_of_compiling_where_no_kernel_is_stored(share, compiling, monkeypatch):
-    """Of kernels that other runs need, such as those of humid air, some always remain."""
+    """Of kernels that other runs need, such as those of humid air, some always remain; checks compile a few before."""
     monkeypatch.setattr(run_parts, "share_to_compile", lambda folder: share)
-    assert [part.compiling > 0 for part in PARTS if part.kernels] == [compiling] * 4
+    assert [part.compiling > 0 for part in PARTS if part.kernels] == [compiling] * 3
 
 
 def test_a_batch_states_a_time_left_that_shrinks_or_why_it_grew(tmp_path, monkeypatch):
