@@ -116,21 +116,21 @@ def cycles_on(
     adhesion: Adhesion,
     *,
     fields: bool = False,
-    roughly: bool = False,
+    single_edge: bool = False,
     press: bool = False,
 ) -> Cycles:
-    """Return the cycles on a surface and its mesh, with both edges; ``roughly`` with the steepest only, and faster.
+    """Return the cycles on a surface and its mesh, of a law with an edge with both edges or the steepest only.
 
     The footprints of the states on retraction are observed if directions of rolling are stated.
     """
     has_edge = ADHESION_LAWS[adhesion.law].has_edge and adhesion.work > 0
     observe = _footprints_of(problem, adhesion) if adhesion.directions.size else None
-    options = {"fields": fields, "press": press, "observe": observe, "roughly": roughly}
+    options = {"fields": fields, "press": press, "observe": observe}
     paths = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem), options)
     steep = [_events(cycle_path, has_edge) for cycle_path in paths]
     pulls = _pull_offs(steep)
     pressed = np.array([cycle_path.pressed for cycle_path in paths])
-    if not has_edge or roughly:
+    if not has_edge or single_edge:
         edges = [Extrapolation(0.0, 0.0)] * len(paths)
         return Cycles(surface, problem, adhesion.law, paths, [], edges, steep, pulls, np.zeros(0), pressed)
     wider = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem, 0.5), {})

@@ -2,8 +2,7 @@
 
 The states of the retraction are those of the pull-off itself, or at small places those on finer cells. The error
 follows from one other solution, on cells twice as large with heights between the pixels by splines: mesh and
-interpolation change together. Other solutions than the pull-off's are followed roughly: steps at the ends of branches
-change the lever by less than its error.
+interpolation change together. Other solutions than the pull-off's have the steepest edge of the law alone.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ def lever_results(place: Place, cycles: Cycles, adhesion: Adhesion) -> dict[str,
         on_mesh = cycles
         if splined or refine != problem.refine:
             other = problem._replace(refine=refine, splined=splined)
-            on_mesh = cycles_on(surface_at(place, other), other, adhesion, roughly=True)
+            on_mesh = cycles_on(surface_at(place, other), other, adhesion, single_edge=True)
         return _moments_on(place, on_mesh, layout)
 
     refine = _lever_refinement(cycles, adhesion)

@@ -58,7 +58,6 @@ def follow_path(
     max_cells=10**7,
     fields=False,
     observe=None,
-    roughly=False,
     cap=np.inf,
     limit=np.inf,
     residual_height=None,
@@ -87,8 +86,6 @@ def follow_path(
         Return the pressures at the prescribed displacements.
     observe : callable, optional
         ``observe(SolvedState)`` is called for each state on retraction; its results are returned.
-    roughly : bool
-        Locate the ends of branches on retraction less accurately, and follow it only up to the loss of contact.
     cap : float
         Hardness of the body, nm (H dx/E*); inf for an elastic body.
     limit : float
@@ -121,7 +118,7 @@ def follow_path(
     paths = []
     for goal in goals:
         loaded = loading.load(goal)
-        retraction = Retraction(loading, observe, roughly=roughly)
+        retraction = Retraction(loading, observe)
         paths.append(_path(loading, retraction, loaded))
     if not press:
         return paths

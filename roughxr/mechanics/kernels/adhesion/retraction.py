@@ -14,12 +14,8 @@ import numpy as np
 from .states import INTERMEDIATE_TOLERANCE
 from .steps import EQUAL_DELTA, SHORTEST_STEP, STATE, Stepper, Visit
 
-#: Retraction ends where nothing touches and the tension is below this part of the largest; if it is followed roughly.
+#: Retraction ends where nothing touches and the tension is below this part of the largest.
 _LEAST_TENSION = 1e-3
-_LEAST_ROUGH_TENSION = 0.5
-
-#: Shortest step at the end of a branch, over the longest, of a retraction that is followed roughly.
-_ROUGH_END = 0.125
 
 #: Largest error of the largest tension by states missed between two steps.
 _TENSION_ERROR = 0.005
@@ -86,14 +82,12 @@ class _EndSearch:
 class Retraction(Stepper):
     """The retraction from the present state of loading until contact is lost; it finds the largest tension."""
 
-    def __init__(self, loading, observe, *, roughly=False, known=()):
+    def __init__(self, loading, observe, *, known=()):
         super().__init__(loading.solver, loading.step, loading.deltas, loading.fields)
         self.last = loading.last
         self.stiffness = loading.stiffness
         self.first = float(self.solver.separation.min()) - self.solver.law.onset
         self.observe = observe
-        self.end_step = (_ROUGH_END if roughly else SHORTEST_STEP) * self.step
-        self.least_tension = _LEAST_ROUGH_TENSION if roughly else _LEAST_TENSION
         self.known = known  # the states of a retraction from a smaller displacement
         if loading.visited:  # it begins with the present state
             turn = loading.visited[-1]
@@ -193,7 +187,7 @@ class Retraction(Stepper):
         self.last = start.solved
         self.stiffness = start.stiffness
         start.most = -np.inf
-        search = _EndSearch(_RETRACTION_STEP * self.step, self.end_step)
+        search = _EndSearch(_RETRACTION_STEP * self.step, SHORTEST_STEP * self.step)
         if following and following[0].solved is not None:
             search.shorten(self.last.delta, following[0].solved.delta)
         while following or not self.is_lost():
@@ -317,7 +311,7 @@ class Retraction(Stepper):
         last = self.last
         if last.state.touching.any():
             return False
-        if last.delta <= self.first or -last.force >= self.least_tension * self.largest:
+        if last.delta <= self.first or -last.force >= _LEAST_TENSION * self.largest:
             return last.delta <= self.first
         largest_at = min(self.visited, key=lambda visit: visit.row["force"]).row["delta"] if self.visited else np.inf
         return last.delta < largest_at  # the force also vanishes before it turns to a tension
