@@ -214,33 +214,7 @@ def _run(commands: Any) -> None:
         default="plane",
         choices=("plane", "quadratic", "none"),
     )
-    options += _add_bodies(command)
-    group = command.add_argument_group("places and displacements")
-    help = "number of places along x and y, or one number for both; default: 8 8"
-    options += _add(group, ("--subregions", "N...", help), type=_counts, default=(8, 8))
-    help = "a second scan of the surface on finer pixels, 0.8 to 1.6 radii wide, for the best estimate"
-    options += _add(group, ("--finer", "FILE", help))
-    help = "shortest wavelength of the surface, nm, where it is known, for the best estimate; default: 0.5"
-    options += _add(group, ("--shortest", "L", help), type=number)
-    help = "a free particle, which rolls from each place to rest and is analysed there; default: a fixed probe"
-    options.append(_flag(group, "--particle", help))
-    help = "displacements of the simulation without adhesion, nm; default: chosen from the heights"
-    options += _add(group, ("--delta", "D...", help), type=_nanometres)
-    help = f"fluid whose flow detaches the sphere, {' or '.join(FLUIDS)}, at 20 °C; default: the medium, else air"
-    options += _add(group, ("--fluid", None, help), choices=FLUIDS)
-    group = command.add_argument_group("the simulation with adhesion")
-    help = "compressive force before retraction, nN or as '50 nN'; default: 0"
-    options += _add(group, ("--preload", "P", help), default=0.0, type=number)
-    help = (
-        f"law of adhesion: {', '.join(laws_of('adhesive'))}; {_DEFAULT}, exponential where its range matters, else jkr"
-    )
-    options += _add(group, ("--law", "LAW", help), default=AUTO)
-    help = (
-        "cells along the side of a pixel; default: auto, refined until the pull-off changes little; a number is quick, "
-        "but the errors leave out what finer cells would change; front: the edge of a soft sphere's one contact is "
-        "followed, as by auto where cells would be too many"
-    )
-    options += _add(group, ("--mesh", "N", help), default="auto", type=_cells)
+    options += [*_add_bodies(command), *_add_places(command), *_add_simulation(command)]
     help = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
     _add(command, ("--scheduler", "NAME", help))
     help = f"number of places for each entry of the error budget; 0: no error budget; {_DEFAULT}"
@@ -250,11 +224,46 @@ def _run(commands: Any) -> None:
 
 
 def _add_bodies(command: Any) -> list[argparse.Action]:
+    """Add the options of the two bodies and of the air between them."""
     group = command.add_argument_group("the two bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
     shape = group.add_mutually_exclusive_group(required=True)
     sphere = ("--sphere-radius --radius", "R", "radius of the sphere, nm")
     indenter = ("--indenter", "FILE", "a scan of the indenter, instead of a sphere")
     return _add(shape, sphere, indenter) + _add(group, *_BODIES, *_AIR)
+
+
+def _add_places(command: Any) -> list[argparse.Action]:
+    """Add the options of places, displacements, finer roughness and flow."""
+    group = command.add_argument_group("places and displacements")
+    help = "number of places along x and y, or one number for both; default: 8 8"
+    options = _add(group, ("--subregions", "N...", help), type=_counts, default=(8, 8))
+    help = "a second scan of the surface on finer pixels, 0.8 to 1.6 radii wide, for the best estimate"
+    options += _add(group, ("--finer", "FILE", help))
+    help = "shortest wavelength of the surface, nm, where it is known, for the best estimate; default: 0.5"
+    options += _add(group, ("--shortest", "L", help), type=number)
+    help = "a free particle, which rolls from each place to rest and is analysed there; default: a fixed probe"
+    options.append(_flag(group, "--particle", help))
+    help = "displacements of the simulation without adhesion, nm; default: chosen from the heights"
+    options += _add(group, ("--delta", "D...", help), type=_nanometres)
+    help = f"fluid whose flow detaches the sphere, {' or '.join(FLUIDS)}, at 20 °C; default: the medium, else air"
+    return options + _add(group, ("--fluid", None, help), choices=FLUIDS)
+
+
+def _add_simulation(command: Any) -> list[argparse.Action]:
+    """Add the options of the simulation with adhesion."""
+    group = command.add_argument_group("the simulation with adhesion")
+    help = "compressive force before retraction, nN or as '50 nN'; default: 0"
+    options = _add(group, ("--preload", "P", help), default=0.0, type=number)
+    help = (
+        f"law of adhesion: {', '.join(laws_of('adhesive'))}; {_DEFAULT}, exponential where its range matters, else jkr"
+    )
+    options += _add(group, ("--law", "LAW", help), default=AUTO)
+    help = (
+        "cells along the side of a pixel; default: auto, refined until the pull-off changes little; a number is quick, "
+        "but the errors leave out what finer cells would change; front: the edge of a soft sphere's one contact is "
+        "followed, as by auto where cells would be too many"
+    )
+    return options + _add(group, ("--mesh", "N", help), default="auto", type=_cells)
 
 
 def _cells(text: str) -> int | str:
