@@ -716,6 +716,7 @@ def test_a_sentence_is_printed_if_its_values_are_known():
         ("comparison.toml", (application.sentences, measurements)),
         ("scans.toml", (several,)),
         ("dem.toml", (application.dem,)),
+        ("detach.toml", (detach,)),
         ("facts.toml", (application.report.report_page,)),
         ("notes.toml", (application.report.report_page, application.report.detachment)),
     ],

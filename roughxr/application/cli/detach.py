@@ -23,7 +23,7 @@ from ...mechanics.particles.force_balance import (
     strength_of_places,
 )
 from ...mechanics.particles.loads import read_flow
-from ...mechanics.statistics.sampling import first_surface_of_each_place, weighted_by_landing_share
+from ...mechanics.statistics.sampling import SHARE, first_surface_of_each_place, weighted_by_landing_share
 from ...mechanics.vocabulary.numbers import format_number, format_percent
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.schema import is_humid
@@ -37,17 +37,16 @@ from ..figures.style import SMALL
 from ..report.detachment import turbulent_speed
 from ..report.run_numbers import METHOD_WORDS, critical_strength
 from ..report.summary import best_method, critical_flow, fluid_in_words, place_table, scan_label, with_few_digits
+from ..wording import render_sentence, render_sentences
 from ..wording.intervals import value_and_interval, with_interval
 from . import words
 from .file_commands import save_picture
 
-_NO_REST_OF_PLACES = (
-    "the contact lies to one side of the sphere, which rolls off by itself; roughxr run --particle analyses resting "
-    "positions"
-)
-_NO_REST_OF_PARTICLES = (
-    "the summits on which rigid bodies rest are not those of the simulated contact, from which it rolls"
-)
+_FILE = "detach.toml"
+
+#: The sentences on the critical strength, and on the strength that removes a share.
+_CRITICAL = ("heading", "detached", "median", "modes", "single", "no_rest", "neither", "valid", "work")
+_REMOVAL = ("removal", "stress", "burst", "jet")
 
 #: What an input of LAMMPS has to state before it includes a file of `to_dem`.
 _BEFORE_LAMMPS = "; before its include: units si, atoms of its types, and variable damping equal … (kg/s)"
@@ -83,14 +82,16 @@ def detach(options: Namespace) -> None:
         criticals[name] = critical
         titles[name] = title
         if len(runs) == 1:
-            _print_critical(critical, moments, title)
-            _print_removal(critical, moments, options)
+            values = {**_strength_values(critical), **_mode_values(critical, moments), "title": title}
+            values |= _removal_values(critical, moments, options)
+            for sentence in render_sentences(_FILE, (*_CRITICAL, *_REMOVAL), values):
+                print(sentence)
             _write_files(options, critical, moments, title)
     if len(runs) > 1:
         _print_runs(criticals, titles, options)
     if options.fluid:
-        fluids = " or ".join(sorted(media))
-        print(f"adhesion is that of the run, in {fluids}; the flow of {options.fluid} does not change it")
+        values = {"media": " or ".join(sorted(media)), "other_fluid_name": options.fluid}
+        print(render_sentence(_FILE, "other_fluid", values))
     if options.output:
         table = next(iter(tables.values()))
         if len(runs) > 1:
@@ -132,8 +133,9 @@ def _critical_load(options: Namespace, groups: Mapping[str, xr.Dataset]) -> tupl
     moments = report.run_moments(groups, method)
     flow = options.fluid or fluid_of(critical_flow(groups))
     critical = without_warnings(particles.critical_load, moments, options.cause, flow=flow, **_resistance(options))
-    cause = f"flow of {fluid_in_words(read_flow(flow))}" if options.cause == "wall_shear" else options.cause
-    return critical, moments, f"{cause}; pull-off forces: {METHOD_WORDS[method]}"
+    fluid = fluid_in_words(read_flow(flow)) if options.cause == "wall_shear" else ""
+    values = {"fluid": fluid, "cause": options.cause, "method": METHOD_WORDS[method]}
+    return critical, moments, render_sentence(_FILE, "load_and_method", values)
 
 
 def _resistance(options: Namespace) -> dict[str, Any]:
@@ -180,74 +182,73 @@ def _row(critical: xr.Dataset, share: float | None) -> dict[str, str]:
     return {label: strength, _INTERVAL: interval, "first mode of most": most}
 
 
-def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:
-    """Print the critical strength and the modes of detachment."""
+def _strength_values(critical: xr.Dataset) -> dict[str, Any]:
+    """Return the critical strength at the median and at the ends of the range of places or particles."""
     strength = _strength(critical)
     units = _units(critical)
-    of = "particles" if "landing_share" in critical.coords else "places"
-    values = strength_of_places(critical)
-    print(f"{strength.attrs['long_name']} ({title}):")
-    if bool((values > 0).any()):  # over particles, where places hold shares of them, else over places
-        quantiles = weighted_by_landing_share(values).quantile([0.05, 0.95]).values
-        least, largest = (format_number(float(f"{value:.3g}"), units) for value in quantiles)
-        median = with_interval(*critical_strength(critical), units, name=_INTERVAL)
-        fewest = f"5 % of {of} below {least}" if quantiles[0] > 0 else f"0 {units} where the sphere rolls off by itself"
-        detaching = int(values.notnull().sum())
-        if detaching < values.size:
-            print(f"  of the {detaching} of {values.size} {of} that this cause detaches:")
-        print(f"  median {median}; {fewest}, 95 % of {of} below {largest}")
-    _print_modes(critical, moments, of)
-    if strength.name == "critical_friction_velocity" and bool((values > 0).any()):
-        valid = format_percent(critical["in_range"].where(values > 0).mean())
-        print(f"drag formulas valid at {valid} of the {of} that need a flow")
-    work = format_number(moments["work_of_adhesion"], "J/m²")
-    if is_humid(moments):
-        humidity = format_percent(moments["humidity"])
-        print(f"with the run's dry work of adhesion, {work}; menisci at {humidity} relative humidity add to it")
-    else:
-        print(f"with the run's work of adhesion, {work}")
+    strengths = strength_of_places(critical)
+    values: dict[str, Any] = {"strength_name": strength.attrs["long_name"], "strength_units": units}
+    if not bool((strengths > 0).any()):
+        return values
+    # over particles, where places hold shares of them, else over places
+    quantiles = weighted_by_landing_share(strengths).quantile([0.05, 0.95]).values
+    least, largest = (format_number(float(f"{value:.3g}"), units) for value in quantiles)
+    detaching = int(strengths.notnull().sum())
+    if strength.name == "critical_friction_velocity":
+        values["valid_share"] = critical["in_range"].where(strengths > 0).mean()
+    return {
+        **values,
+        "some_stay": detaching < strengths.size,
+        "detaching": detaching,
+        "number_of_places": strengths.size,
+        "median_strength": with_interval(*critical_strength(critical), units, name=_INTERVAL),
+        "rolls_off": not quantiles[0] > 0,
+        "least_strength": least,
+        "largest_strength": largest,
+    }
 
 
-def _print_removal(critical: xr.Dataset, moments: xr.Dataset, options: Namespace) -> None:
-    """Print the strength that removes the requested share, also in turbulence, and where the jet's formula ends."""
-    strength = _strength(critical)
-    is_flow = strength.name == "critical_friction_velocity"
-    ends = critical_strength(critical, options.remove)
-    if options.remove is not None:
-        units = _units(critical)
-        of = "particles" if "landing_share" in critical.coords else "places"
-        lead = f"to remove {format_percent(options.remove)} of the {of}"
-        if not np.isfinite(ends[0]):
-            print(f"{lead}: no strength suffices, more of them stay at any")
-            return
-        steady = "a steady flow of " * is_flow
-        print(f"{lead}: {steady}{with_interval(*ends, units, name=_INTERVAL)}")
-        if is_flow and ends[0] > 0:
-            speed, slowest, fastest = ends
-            density = fluid_of(critical).density
-            stress = with_interval(density * speed**2, density * slowest**2, density * fastest**2, "Pa", name=_INTERVAL)
-            print(f"  wall shear stress {stress}")
-            burst = turbulent_speed(moments, critical, options.remove, **_resistance(options))
-            print(f"  turbulent flow for 1 s: {with_interval(*burst, units, name=_INTERVAL)}, by Rock'n'Roll")
-    jet = _JET_OVER_FRICTION * ends[0]
-    if is_flow and fluid_of(critical).density < DENSEST_GAS and jet > _INCOMPRESSIBLE:
-        print(
-            f"a round jet from 8 of its diameters would need {format_number(jet, 'm/s', 2)}, 20 times this friction "
-            f"velocity: its formula holds to some {_INCOMPRESSIBLE:.0f} m/s, a third of the speed of sound"
-        )
-
-
-def _print_modes(critical: xr.Dataset, moments: xr.Dataset, of: str) -> None:
-    """Print the modes of detachment of places or particles, and what they mean."""
+def _mode_values(critical: xr.Dataset, moments: xr.Dataset) -> dict[str, Any]:
+    """Return the modes of detachment of places or particles, and the adhesion that they are computed with."""
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
-    first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
-    print(f"first mode of detachment, of {places_in_words(critical)}: {first}")
-    if single := int((moments["contacts"] == 1).sum()):
-        print(f"on a single contact at {single}: rolling is then an upper bound")
-    if NO_REST in modes:
-        print(f"{NO_REST}: {_NO_REST_OF_PARTICLES if of == 'particles' else _NO_REST_OF_PLACES}")
-    if NEITHER in modes:
-        print(f"{NEITHER}: the sphere stays at any strength of this cause")
+    of_particles = SHARE in critical.coords
+    return {
+        "unit": "particles" if of_particles else "places",
+        "of_particles": of_particles,
+        "places": places_in_words(critical),
+        "first_modes": ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts)),
+        "single_contacts": int((moments["contacts"] == 1).sum()),
+        "is_restless": NO_REST in modes,
+        "stays": NEITHER in modes,
+        "work_of_adhesion": moments["work_of_adhesion"],
+        "humidity": moments["humidity"] if is_humid(moments) else None,
+    }
+
+
+def _removal_values(critical: xr.Dataset, moments: xr.Dataset, options: Namespace) -> dict[str, Any]:
+    """Return the strength that removes the requested share, also in turbulence, and a jet beyond its formula."""
+    is_flow = _strength(critical).name == "critical_friction_velocity"
+    speed, slowest, fastest = critical_strength(critical, options.remove)
+    if not np.isfinite(speed):
+        return {"removed_share": options.remove}
+    units = _units(critical)
+    values = {
+        "removed_share": options.remove,
+        "is_flow": is_flow,
+        "strength": with_interval(speed, slowest, fastest, units, name=_INTERVAL),
+    }
+    if not is_flow:
+        return values
+    density = fluid_of(critical).density
+    if options.remove is not None and speed > 0:
+        stresses = (density * speed**2, density * slowest**2, density * fastest**2)
+        values["wall_shear_stress"] = with_interval(*stresses, "Pa", name=_INTERVAL)
+        burst = turbulent_speed(moments, critical, options.remove, **_resistance(options))
+        values["turbulent_speed"] = with_interval(*burst, units, name=_INTERVAL)
+    jet = _JET_OVER_FRICTION * speed
+    if density < DENSEST_GAS and jet > _INCOMPRESSIBLE:
+        values |= {"jet_speed": jet, "incompressible": _INCOMPRESSIBLE}
+    return values
 
 
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:
