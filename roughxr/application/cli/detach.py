@@ -211,10 +211,10 @@ def _strength_values(critical: xr.Dataset) -> dict[str, Any]:
 def _mode_values(critical: xr.Dataset, moments: xr.Dataset) -> dict[str, Any]:
     """Return the modes of detachment of places or particles, and the adhesion that they are computed with."""
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
-    of_particles = SHARE in critical.coords
+    has_particles = SHARE in critical.coords
     return {
-        "unit": "particles" if of_particles else "places",
-        "of_particles": of_particles,
+        "unit": "particles" if has_particles else "places",
+        "has_particles": has_particles,
         "places": places_in_words(critical),
         "first_modes": ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts)),
         "single_contacts": int((moments["contacts"] == 1).sum()),
