@@ -61,7 +61,7 @@ def converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], stag
             finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * longest_step(specimen, mesh)), **options)
         except TooManyCells:  # the largest error that was found is stated with the result
             break
-        change = abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1)
+        change = abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).drop_attrs()
         stated = change.copy(data=coarser_mesh_error(change.values, finer.attrs["law"]))
         show_answer(finer.assign(pull_off_error=stated), specimen, stages)
         if not mesh_error(finer.assign(pull_off_error=change)) > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
