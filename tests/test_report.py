@@ -715,6 +715,7 @@ def test_a_sentence_is_printed_if_its_values_are_known():
         *((file, (application.sentences,)) for file in ("fit.toml", "regime.toml", "estimate.toml")),
         ("comparison.toml", (application.sentences, measurements)),
         ("scans.toml", (several,)),
+        ("start.toml", (analysis,)),
         ("dem.toml", (application.dem,)),
         ("detach.toml", (detach,)),
         ("facts.toml", (application.report.report_page,)),

@@ -20,11 +20,10 @@ from ...mechanics.statistics.means import mean_pull_off, with_units
 from ...mechanics.statistics.sampling import place_numbers, place_order, weighted_by_landing_share
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.error_sources import HALF_WIDTH
-from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.text import printable
 from ..headline import answer_lines, best_estimate, with_best_estimate
 from ..sentences import estimate_notes
-from ..wording import table_of_words
+from ..wording import render_sentence, table_of_words
 
 Run = Mapping[str, xr.Dataset]
 
@@ -97,7 +96,7 @@ def run_summary(run: Run) -> xr.Dataset:
         (out.attrs["not_extrapolated"],) = estimate_notes(run["statistics/extrapolated"])
     if fluid := run_fluid(run):
         out.attrs["fluid"] = fluid
-    if advice := _advice(run, out):
+    if advice := render_sentence("answer.toml", "better_scan", _scan_values(run, out)):
         out.attrs["advice"] = advice
     return with_units(out.assign(_flow(run)))
 
@@ -144,27 +143,21 @@ def _flow(run: Run) -> dict[str, float]:
     return flow | stress | {"supports": float(weighted_by_landing_share(contacts).quantile(0.5))}
 
 
-def _advice(run: Run, out: xr.Dataset) -> str:
-    """Return advice for a scan that is smaller than the region of contact, or too coarse for the contacts."""
+def _scan_values(run: Run, out: xr.Dataset) -> dict[str, float]:
+    """Return in what a scan is smaller than the region of contact, or too coarse for the contacts, nm."""
     if "scan" not in run or "sphere_radius" not in run["scan"].coords:
-        return ""
+        return {}
     scan = run["scan"]
     side = min(sides(scan))
     radius = float(scan["sphere_radius"])
     touched = 2 * np.sqrt(2 * radius * 2 * float(np.nanstd(scan["height"].values)))
     if side < 2 * touched:
-        return (
-            f"measure a larger scan, since the sphere can touch {format_number(touched, 'nm')} of the "
-            f"{format_number(side, 'nm')} of this one, so that all places share a few summits"
-        )
+        return {"touched_width": touched, "scanned_width": side}
     shortest = run.get("solutions/adhesive", run["statistics/adhesive"]).coords.get("shortest_wavelength")
     # shortest wavelength (nm) above which a scan is too coarse: contacts at pull-off are smaller
     if shortest is not None and float(shortest) > 50.0 and "best_estimate" not in out:
-        return (
-            "measure a finer scan, since this scan does not resolve roughness finer than "
-            f"{format_number(shortest, 'nm')}, which probably lowers the pull-off much"
-        )
-    return ""
+        return {"unresolved": float(shortest)}
+    return {}
 
 
 def with_mesh_error(run: Run) -> dict[str, xr.Dataset]:

@@ -41,6 +41,7 @@ from ...mechanics.vocabulary.text import did_you_mean, warn
 from ...mechanics.vocabulary.units import Places, Quantities, Quantity, positive
 from .. import figures, report
 from ..checkpoint import checkpointed
+from ..wording import render_sentence
 from .folder import notes, refuse_own_files, tables_text, write_figures, write_pages, write_tables
 from .parts import PARTS, SILENT, Part, Task
 from .plan import Plan, plan, usual_mesh
@@ -183,7 +184,8 @@ def execute(
     expected, compiling = _durations(parts, task.places)
     labels = {part.name: part.words for part in parts} | {"pages": _PAGES}
     if not path.exists():
-        print_line(_start_words(task, sum(expected.values()), sum(compiling.values())))
+        values = _start_values(task, sum(expected.values()), sum(compiling.values()))
+        print_line(render_sentence("start.toml", "start", values))
     with Stages(expected, labels, compiling) as stages:
         groups = checkpointed(
             lambda: analyse(specimen, plan, stages, command, parts),
@@ -232,15 +234,17 @@ def _warn_of_time(specimen: Specimen, plan: Plan) -> None:
         warn_of_time(specimen, preload=plan.preload, law=plan.law)
 
 
-def _start_words(task: Task, expected: float, compiling: float) -> str:
+def _start_values(task: Task, expected: float, compiling: float) -> dict[str, Any]:
     """Return how many places a run has, and how long it takes (s), of which kernels are compiled for some time."""
-    pixels = " x ".join(map(str, task.specimen.heights.shape))
-    places = f"{task.places} place{'s' * (task.places > 1)}"
-    share = f" Of this, compiling kernels takes {rough_duration(compiling)}, once on a machine." if compiling else ""
-    return (
-        f"{places} on {pixels} pixels: {rough_duration(expected)} on most scans, longer on sharp or soft summits."
-        f"{share} If it is interrupted, the same call continues it."
-    )
+    rows, columns = task.specimen.heights.shape
+    return {
+        "places": task.places,
+        "several": task.places > 1,
+        "rows": rows,
+        "columns": columns,
+        "duration": rough_duration(expected),
+        "compiling_time": rough_duration(compiling) if compiling else None,
+    }
 
 
 def analyse(
