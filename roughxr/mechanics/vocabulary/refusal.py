@@ -19,8 +19,8 @@ def shown(value: Any) -> str:
 class Refusal(ValueError):
     """What a function refuses: the input, what was expected, what was found and what to do.
 
-    ``what`` is an argument's name, a file or a quantity, ``where`` are names within it, ``advice`` may name arguments
-    with their values, as ``mesh=4``; a shell writes all of them as options.
+    ``what`` is an argument's name, a file or a quantity, ``where`` are names within it; what was expected and the
+    advice are a `Phrase` if they name arguments, as ``mesh=4``. A shell writes all of them as options.
 
     Examples
     --------
