@@ -597,32 +597,50 @@ def _line_after_jump(
     tilt, offset = line_through(z[first:] - at, force[first:])
     flat = force - offset - tilt * (z - at)
     later = [rupture for rupture in losses if rupture.end > first + _RUPTURE_SAMPLES]
-    level, level_error, beyond = _free_level(flat, lowest, first, later, noise)
-    is_straight = beyond > first and straight.error(at) < level_error
-    if is_straight or not level_error < np.inf:
+    free = _free_level(flat, lowest, first, later, straight.force(at) - offset, noise)
+    if not free.error < np.inf:
         return straight
-    error = np.hypot(level_error, flat[beyond:].std())
-    tail = straight.force(at) - offset - level
-    # a stretch this long, as a share of the free part, may end in the tail of a weak tension that no jump ends
-    is_long = straight.longest - z[-1] > 0.4 * (at - z[-1])
-    spread = 0.0
-    if is_long and abs(tail) > 2 * np.hypot(straight.error(at), level_error):
-        level += tail / 2
-        spread = abs(tail) / 2
+    if free.beyond > first and straight.error(at) < free.error:
+        # a kink of interference looks like a slow step: the middle is taken
+        unsure = 0.0 if later else free.tension / 2
+        error = np.hypot(straight.level_error, unsure)
+        return straight._replace(level=straight.level - unsure, level_error=error)
+    level = free.level
+    doubt = max(abs(level) / 2 if free.beyond == first else 0.0, float(flat[free.beyond :].std()))
+    half_tail = _half_tail(straight, z[-1], at, straight.force(at) - offset - level, free.error)
+    level += half_tail
+    error = np.hypot(free.error, doubt)
+    length = z[first] - z[-1]
     interference = np.sqrt(6) * flat[first:].std()  # of two periods or so
-    tilt_error = np.hypot(noise * np.sqrt(12 / flat[first:].size), interference) / (z[first] - z[-1])
+    tilt_error = np.hypot(noise * np.sqrt(12 / flat[first:].size), interference) / length
     noise = max(noise, straight.noise)
-    return Baseline(at, offset + level, tilt, error, tilt_error, z[beyond], straight.longest, noise, spread)
+    return Baseline(
+        at, offset + level, tilt, error, tilt_error, z[free.beyond], straight.longest, noise, abs(half_tail)
+    )
+
+
+def _half_tail(straight: Baseline, far_end: float, at: float, tail: float, error: float) -> float:
+    """Return half of the difference between two levels, 0 where it is no tail of a weak tension."""
+    # a stretch this long, as a share of the free part, may end in the tail of a weak tension that no jump ends
+    is_long = straight.longest - far_end > 0.4 * (at - far_end)
+    return tail / 2 if is_long and abs(tail) > 2 * np.hypot(straight.error(at), error) else 0.0
+
+
+class _FreeLevel(NamedTuple):
+    """The force of the free cantilever at the lowest sample, less a straight line; nN."""
+
+    level: float
+    error: float
+    tension: float  # left after the jump, if the straight baseline is right
+    beyond: int  # first sample after all losses of tension
 
 
 def _free_level(
-    flat: np.ndarray, lowest: int, first: int, later: list[_Rupture], noise: float
-) -> tuple[float, float, int]:
-    """Return the force of the free cantilever at the lowest sample, its error, and the first sample after all losses.
-
-    It follows from the samples after the jump, or from those after later losses of tension.
-    """
+    flat: np.ndarray, lowest: int, first: int, later: list[_Rupture], straight_level: float, noise: float
+) -> _FreeLevel:
+    """Return the level by the samples after the jump, or by those after later losses of tension."""
     level, error = extrapolated_level(flat[first:], first - lowest, noise)
+    tension = straight_level - level
     count, height = last_step(flat[first:], noise)
     beyond = max([first + count, *(rupture.end + 1 for rupture in later)])
     tension_after = max(height, sum(rupture.height for rupture in later))
@@ -631,7 +649,7 @@ def _free_level(
         level, error = extrapolated_level(flat[beyond:], beyond - lowest, noise)
         levels.append((error, level))
     error, level = min(levels)
-    return level, error, beyond
+    return _FreeLevel(level, error, tension, beyond)
 
 
 class _Rupture(NamedTuple):

@@ -33,6 +33,9 @@ _SIGNIFICANCE = 5.0
 #: Largest of many deviations of white noise, in standard deviations: a wave's kinks are larger.
 _EXTREME = 3.5
 
+#: Share of its height that a step has within the gap.
+_SUDDEN = 0.5
+
 #: Bins of a step, within which there is no other.
 _LENGTH = _FOOT + _GAP + _FOOT
 
@@ -124,17 +127,20 @@ def _heights_of_width(force: np.ndarray, noise: float, width: int) -> _Heights |
         error = max(1.4826 * median(np.abs(heights[far])), -float(heights[far].min()) / _EXTREME, white)
         if best is None or error < best.error:
             levels = after @ prediction_weights(window, degree, (_GAP + 1) / 2)
-            is_step = _is_step(after, foot, degree, far)
+            is_step = _is_step(after, foot, levels, heights, degree, far)
             ends = force.size - (window + np.arange(heights.size)) * width
             best = _Heights(heights, error, is_step, levels, ends)
     return best
 
 
-def _is_step(after: np.ndarray, foot: np.ndarray, degree: int, far: slice) -> np.ndarray:
-    """Return where the force has the shape of a step: upwards, and as smooth after it as the far part."""
+def _is_step(
+    after: np.ndarray, foot: np.ndarray, levels: np.ndarray, heights: np.ndarray, degree: int, far: slice
+) -> np.ndarray:
+    """Return where the force has the shape of a step: sudden, upwards, and as smooth after it as the far part."""
+    sudden = levels - foot[:, ::-1] @ prediction_weights(_FOOT, 1, (_GAP + 1) / 2)  # in the middle of the gap
     misfit = ((after @ _residuals(after.shape[1], degree)) ** 2).sum(axis=1)
     is_lower = foot.mean(axis=1) < after[:, -_FOOT:].mean(axis=1)  # not so at the end of a contact, which curves, too
-    return is_lower & (misfit <= misfit[far].max())
+    return is_lower & (sudden > _SUDDEN * heights) & (misfit <= misfit[far].max())
 
 
 @lru_cache(maxsize=64)
