@@ -203,7 +203,7 @@ def test_with_a_second_scan_the_truth_lies_inside_an_interval_narrower_than_with
 
 def test_the_interval_of_the_real_surface_contains_ranges_by_pressing(scan, scanned):
     """A third of the places hold five times as much once pressed."""
-    mesh_error = xr.full_like(scanned.pull_off_force, 0.1)
+    mesh_error = xr.full_like(scanned.pull_off_force, 0.1).drop_attrs()
     settled = scanned.assign(pressed_pull_off_force=scanned.pull_off_force, pull_off_error=mesh_error)
     times = xr.where(scanned.subregion_x == scanned.subregion_x.max(), 5.0, 1.0)
     pressed = settled.assign(pressed_pull_off_force=scanned.pull_off_force * times)
