@@ -551,12 +551,12 @@ def _lowest_sample(force: np.ndarray) -> tuple[int, float]:
 def _first_free_sample(force: np.ndarray, lowest: int, losses: list[_Rupture], noise: float) -> int:
     """Return the first sample after the jump; the size without a jump.
 
-    The jump follows the lowest force at once on a soft cantilever, with the next rupture on a stiff one.
+    The jump follows the lowest force at once on a soft cantilever, later on a stiff one.
     """
     first = _detachment_sample(force, lowest, noise)
     if first > lowest + _LONGEST_JUMP:
         later = [rupture for rupture in losses if rupture.end > lowest]
-        first = later[0].end if later else force.size
+        first = max(later, key=lambda rupture: rupture.height).end if later else force.size
     return first
 
 
