@@ -786,6 +786,7 @@ def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
         (["run", "a.nc", "--budget", "1.5"], "expected a whole number, found '1.5'"),
         (["detach", "run", "--friction-coefficient", "0.3 N"], "expected a number without a unit, .*found '0.3 N'"),
         (["run", "a.nc", "--diameter", "5 um"], "give --sphere-radius half of this value"),
+        (["run", "a.nc", "--budget", "-2"], "--budget: expected a whole number, found .-2."),
         (["run", "a.nc", "--sphere-diameter", "5 um"], "the radius is half of the diameter"),
         (["run", "a.nc", "--radius", "3um", "--subregions", "many"], "such as 8 8 or 8x8, found 'many'"),
         (["run", "a.nc", "--radius", "3um", "--delta", "5 nN"], "argument --delta: "),
