@@ -29,7 +29,10 @@ def bare_runs(*without):
 @contextmanager
 def unpressed():
     """Solve no sphere once more after it was pressed as hard as it holds, which takes as long as the pull-off."""
-    with patch.object(refinement, "_pressed_pull_offs", lambda place, problem, adhesion, cycles: cycles.pull_offs):
+    with (
+        patch.object(refinement, "_presses_once", lambda adhesion: False),
+        patch.object(refinement, "_pressed_pull_offs", lambda place, problem, adhesion, cycles: cycles.pull_offs),
+    ):
         yield
 
 

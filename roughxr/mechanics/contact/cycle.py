@@ -71,6 +71,7 @@ class Cycles(NamedTuple):
     events: list[dict[str, float]]  # snap-in, pull-off, work of separation etc.; empty if broken or without contact
     steep_pulls: np.ndarray  # nN, of the steeper edge
     wide_pulls: np.ndarray  # nN, of the wider edge; empty without
+    pressed_pulls: np.ndarray  # nN, once the indenter was pressed as hard as it holds; NaN if not asked for
 
     @property
     def pull_offs(self) -> np.ndarray:
@@ -116,6 +117,7 @@ def cycles_on(
     *,
     fields: bool = False,
     single_edge: bool = False,
+    press: bool = False,
 ) -> Cycles:
     """Return the cycles on a surface and its mesh, of a law with an edge with both edges or the steepest only.
 
@@ -123,18 +125,21 @@ def cycles_on(
     """
     has_edge = ADHESION_LAWS[adhesion.law].has_edge and adhesion.work > 0
     observe = _footprints_of(problem, adhesion) if adhesion.directions.size else None
-    options = {"fields": fields, "observe": observe}
+    options = {"fields": fields, "press": press, "observe": observe}
     paths = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem), options)
     steep = [_events(cycle_path, has_edge) for cycle_path in paths]
     pulls = _pull_offs(steep)
+    pressed = np.array([cycle_path.pressed for cycle_path in paths])
     if not has_edge or single_edge:
         edges = [Extrapolation(0.0, 0.0)] * len(paths)
-        return Cycles(surface, problem, adhesion.law, paths, [], edges, steep, pulls, np.zeros(0))
+        return Cycles(surface, problem, adhesion.law, paths, [], edges, steep, pulls, np.zeros(0), pressed)
     wider = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem, 0.5), {})
     wide = [_events(cycle_path, has_edge) for cycle_path in wider]
     edges = [_extrapolation(adhesion.law, *both) for both in zip(steep, wide)]
     events = [_extrapolated_events(*each) for each in zip(steep, wide, edges)]
-    return Cycles(surface, problem, adhesion.law, paths, wider, edges, events, pulls, _pull_offs(wide))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        pressed = _pull_offs(events) * pressed / pulls  # as the narrower edge's
+    return Cycles(surface, problem, adhesion.law, paths, wider, edges, events, pulls, _pull_offs(wide), pressed)
 
 
 def _footprints_of(problem: Problem, adhesion: Adhesion) -> Callable:
@@ -202,7 +207,7 @@ def _in_units(cycle_path: path.Path, surface: Surface, problem: Problem) -> path
     states["plastic_work"] *= problem.hardness if problem.yielding else 0.0
     states["delta"] -= surface.zero
     pressures = cycle_path.pressures * problem.contact_modulus / problem.dx
-    return cycle_path._replace(states=states, pressures=pressures)
+    return cycle_path._replace(states=states, pressures=pressures, pressed=cycle_path.pressed * stiffness)
 
 
 def yielded_shares(cycle_path: path.Path, problem: Problem) -> dict[str, np.ndarray]:

@@ -54,7 +54,8 @@ _FILM_ERROR = 0.2
 def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: bool) -> tuple[Cycles, dict]:
     """Return the cycles at one place, on a mesh that meets the accuracy, and the errors of their pull-offs."""
     if adhesion.refine:
-        cycles = _solved(place, problem, adhesion, adhesion.refine, fields=fields)
+        press = _presses_once(adhesion)
+        cycles = _solved(place, problem, adhesion, adhesion.refine, fields=fields, press=press)
         pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
         error = with_settling(_single_mesh_error(cycles), cycles.pull_offs, pressed, adhesion)
         return cycles, {"mesh": adhesion.refine, "pressed_pull_off_force": pressed, "pull_off_error": error}
@@ -70,10 +71,10 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     it is large, finer meshes take half the step.
     """
     meshes = _possible_meshes(place, problem, adhesion)
-    cycles = _solved(place, problem, adhesion, meshes[0])
+    press = _presses_once(adhesion)
+    cycles = _solved(place, problem, adhesion, meshes[0], press=press)
     if np.isnan(adhesion.accuracy):
-        pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
-        return cycles, {"mesh": meshes[0], "pressed_pull_off_force": pressed}
+        return cycles, {"mesh": meshes[0], "pressed_pull_off_force": cycles.pressed_pulls}
     step_error = _change(_solved(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), cycles)
     spline_change = _change_by_splines(place, problem, adhesion, cycles)
     if (step_error > 0.5 * adhesion.accuracy).any():  # longer steps pass over states
@@ -84,7 +85,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         slow = _slow_convergence_error(cycles, mesh_error)
     agrees = False
     for n in meshes[1:]:
-        finer = _solved(place, problem, adhesion, n)
+        finer = _solved(place, problem, adhesion, n, press=press)
         if (np.isnan(finer.pull_offs) & (cycles.pull_offs > 0)).any():
             break
         before, cycles = cycles, finer
@@ -187,11 +188,11 @@ def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycle
     """Return each pull-off (nN) after the sphere was pressed as hard as it holds; NaN where that is not solved.
 
     A law without range closes gaps up to `snap_in_gap` only, a preload the others. The sphere may then hold more than
-    the preload, and is pressed again. The ratio to the pull-off as it settles is that of larger cells. If without range
-    the sphere settles there on other summits, which hold more, the pull-off itself is.
+    the preload, and is pressed again. The ratio to the pull-off as it settles is that of larger cells. If the sphere
+    settles there on other summits, which hold more, the pull-off itself is.
     """
-    if not adhesion.presses:
-        return np.full(len(cycles.paths), np.nan)
+    if not _is_pressed_on_larger_cells(adhesion):
+        return cycles.pressed_pulls
     refine = max(cycles.problem.refine // _PRESSED_CELLS, first_refinement(problem, adhesion))
     on_larger = _solved(place, problem, adhesion, refine) if refine < cycles.problem.refine else cycles
     pulls = on_larger.pull_offs
@@ -204,10 +205,18 @@ def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycle
         (pressed,) = _solved(place, problem, harder, on_larger.problem.refine).pull_offs
     with np.errstate(invalid="ignore", divide="ignore"):
         scaled = cycles.pull_offs * pressed / pulls
-        if not ADHESION_LAWS[adhesion.law].has_range:
-            is_elsewhere = pulls > (1 + LARGEST_DIFFERENCE) * cycles.pull_offs
-            scaled = np.where(is_elsewhere, pressed, scaled)
-        return np.where(light, scaled, cycles.pull_offs)
+        is_elsewhere = pulls > (1 + LARGEST_DIFFERENCE) * cycles.pull_offs
+        return np.where(light, np.where(is_elsewhere, pressed, scaled), cycles.pull_offs)
+
+
+def _is_pressed_on_larger_cells(adhesion: Adhesion) -> bool:
+    """Return whether places are solved once more after the sphere was pressed: without range, where cells are small."""
+    return adhesion.presses and not ADHESION_LAWS[adhesion.law].has_range and not np.isnan(adhesion.accuracy)
+
+
+def _presses_once(adhesion: Adhesion) -> bool:
+    """Return whether loading continues beyond the preload, on the cells of the pull-off."""
+    return adhesion.presses and not _is_pressed_on_larger_cells(adhesion)
 
 
 def with_settling(errors: np.ndarray, pulls: np.ndarray, pressed: np.ndarray, adhesion: Adhesion) -> np.ndarray:
@@ -280,7 +289,8 @@ def _solved(
     refine: int,
     *,
     fields: bool = False,
+    press: bool = False,
 ) -> Cycles:
     """Return the cycles at one place on one mesh."""
     problem = problem._replace(refine=refine)
-    return cycles_on(surface_at(place, problem), problem, adhesion, fields=fields)
+    return cycles_on(surface_at(place, problem), problem, adhesion, fields=fields, press=press)

@@ -24,6 +24,13 @@ CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 _PRELOAD_TOLERANCE = 1e-3
 
 
+#: A body that holds less than this times the force that pressed it is not pressed again.
+_AS_HARD = 1.5
+
+#: Energy of a jump on loading that changes what the body holds, over the largest tension times the step.
+_LEAST_JUMP = 0.02
+
+
 class Path(NamedTuple):
     """The states of one cycle in order, and its outcome."""
 
@@ -33,6 +40,12 @@ class Path(NamedTuple):
     pressures: np.ndarray  # (prescribed or 0, nx, ny) p dx/E*, nm, in the path's order
     observed: list  # what ``observe`` returned of each state on retraction
     residual_heights: np.ndarray  # (prescribed or 1, nx, ny) nm ≤ 0, after loading to the prescribed displacements
+    pressed: float = np.nan  # largest tension, nm, once the body was pressed as hard as it holds, if asked for
+
+    @property
+    def tension(self):
+        """The largest tension on retraction, nm; 0 without any."""
+        return max(0.0, -self.states["force"][self.first_retraction :].min(initial=0.0))
 
 
 def follow_path(
@@ -50,6 +63,7 @@ def follow_path(
     residual_height=None,
     capture=None,
     film=None,
+    press=False,
 ):
     """Follow the contact up to the largest of ``deltas``, or to each of ``preloads``, and back until it is lost.
 
@@ -83,6 +97,8 @@ def follow_path(
         other cells only across gaps smaller than this (nm), at which a surface with the pair's range snaps in.
     film : layered.Film, optional
         Film on the half space, its thickness in cells.
+    press : bool
+        Continue loading beyond the preloads to find ``pressed``.
 
     Returns
     -------
@@ -104,7 +120,32 @@ def follow_path(
         loaded = loading.load(goal)
         retraction = Retraction(loading, observe)
         paths.append(_path(loading, retraction, loaded))
-    return paths
+    if not press:
+        return paths
+    pressed = np.nan
+    if paths[-1].status == CONVERGED:
+        pressed = _pressed_tension(loading, retraction, preloads[-1])
+    return [path._replace(pressed=pressed if goal < pressed else path.tension) for path, goal in zip(paths, goals)]
+
+
+def _pressed_tension(loading, retraction, load):
+    """Return the largest tension once the body was pressed as hard as it holds, after a retraction from ``load``.
+
+    Loading without a jump is reversible: the body then holds as much as before, and need not retract once more.
+    """
+    enough = load
+    while retraction.tension > enough:
+        tension = retraction.tension
+        loading.has_jumped = False
+        if not loading.load(tension, only_after_jump=True):
+            return np.nan
+        if not loading.has_jumped:
+            break
+        enough = _AS_HARD * tension
+        retraction = Retraction(loading, None, known=retraction.visited)
+        if not retraction.retract():
+            return np.nan
+    return retraction.tension
 
 
 def _path(loading, retraction, loaded):
@@ -133,9 +174,23 @@ class _Loading(Stepper):
         steps = np.ceil(max(deltas[0] - first, 0.0) / step)  # whole, so that retraction visits the same displacements
         self.last = solver.without_traction(deltas[0] - step * steps, residual_height)
         self.next = 0
+        self.has_jumped = False
 
-    def load(self, goal):
-        """Continue to the force ``goal`` or to the last displacement; return whether all states are finite."""
+    def accept(self, solved, prescribed):
+        """Append a state, which becomes the present state."""
+        self.has_jumped |= self._jumps(solved)
+        super().accept(solved, prescribed)
+
+    def _jumps(self, solved, part=1.0):
+        """Return whether a part of the step to a state, or the whole step, may change what the body holds."""
+        freed = self._freed_energy(solved)
+        return freed > _LEAST_JUMP * self.largest * self.step and self.has_dissipated(solved, part)
+
+    def load(self, goal, *, only_after_jump=False):
+        """Continue to the force ``goal`` or to the last displacement; return whether all states are finite.
+
+        With ``only_after_jump`` the goal is not located unless a step has jumped, and the last step may exceed it.
+        """
         over = None  # a state beyond the goal
         while self.next < self.deltas.size:
             target = self.deltas[self.next]
@@ -150,6 +205,9 @@ class _Loading(Stepper):
             reached = solved.force >= goal and solved.state.touching.any()
             met = solved.force - goal <= _PRELOAD_TOLERANCE * max(abs(goal), self.largest)
             if reached and not met and solved.delta - last.delta > SHORTEST_STEP * self.step:
+                part = (goal - last.force) / (solved.force - last.force)
+                if only_after_jump and not (self.has_jumped or self._jumps(solved, part)):
+                    break
                 over = solved
                 continue
             self.accept(solved, solved.delta == target)

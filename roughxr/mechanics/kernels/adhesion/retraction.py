@@ -11,6 +11,7 @@ steps between them leaves room for a larger one. Stiff bodies pull most at first
 
 import numpy as np
 
+from .states import INTERMEDIATE_TOLERANCE
 from .steps import EQUAL_DELTA, SHORTEST_STEP, STATE, Stepper, Visit
 
 #: Retraction ends where nothing touches and the tension is below this part of the largest.
@@ -81,12 +82,13 @@ class _EndSearch:
 class Retraction(Stepper):
     """The retraction from the present state of loading until contact is lost; it finds the largest tension."""
 
-    def __init__(self, loading, observe):
+    def __init__(self, loading, observe, *, known=()):
         super().__init__(loading.solver, loading.step, loading.deltas, loading.fields)
         self.last = loading.last
         self.stiffness = loading.stiffness
         self.first = float(self.solver.separation.min()) - self.solver.law.onset
         self.observe = observe
+        self.known = known  # the states of a retraction from a smaller displacement
         if loading.visited:  # it begins with the present state
             turn = loading.visited[-1]
             row = turn.row.copy()
@@ -109,7 +111,10 @@ class Retraction(Stepper):
         return max((-visit.row["force"] for visit in self.visited if visit.row["force"] < 0.0), default=0.0)
 
     def retract(self):
-        """Retract through the prescribed displacements until contact is lost; return whether all states are finite."""
+        """Retract through the prescribed displacements until contact is lost; return whether all states are finite.
+
+        It ends where it meets a known retraction, and continues on that.
+        """
         same = EQUAL_DELTA * self.step
         targets = [float(delta) for delta in self.deltas[::-1] if delta < self.last.delta - same]
         finite = self._retract_in_steps(targets)
@@ -130,7 +135,10 @@ class Retraction(Stepper):
         """Retract in whole steps through the targets until contact is lost; return whether all states are finite."""
         while targets or not self.is_lost():
             step = np.inf if self.is_lost() else _RETRACTION_STEP * self.step
+            known = self._known_within(step)
             delta = self._delta_after(step, targets[0] if targets else -np.inf)
+            if known:
+                delta = max(delta, float(known[0].row["delta"]))
             at_target = bool(targets) and delta == targets[0]
             solved = self.solver.solve(delta, self.last, exact=at_target)
             if not np.isfinite(solved.force):
@@ -140,7 +148,16 @@ class Retraction(Stepper):
             self.accept(solved, at_target)
             self._forget()
             targets = targets[1:] if at_target else targets
+            if known and delta == known[0].row["delta"] and self._coincides(known[0]):
+                self._join(known[0], known[1:])
+                break
         return True
+
+    def _known_within(self, step):
+        """Return the states of the known retraction from the last one within a step; none if they begin farther."""
+        below = [visit.row["delta"] for visit in self.known if visit.row["delta"] < self.last.delta]
+        within = sum(delta >= self.last.delta - step for delta in below)
+        return self.known[len(self.known) - len(below) + within - 1 :] if within else []
 
     def _delta_after(self, step, target):
         """Return the displacement after a step of retraction, or the target if that is nearer."""
@@ -222,6 +239,12 @@ class Retraction(Stepper):
         cells = other.row["contact_area"]
         same_force = abs(row["force"] - other.row["force"]) <= _TENSION_ERROR * self.largest
         return same_force and abs(row["contact_area"] - cells) <= max(0.01 * cells, 1.0)
+
+    def _coincides(self, other):
+        """Return whether the present state equals another one but for the tolerance of a solve."""
+        row = self.visited[-1].row
+        same_force = abs(row["force"] - other.row["force"]) <= INTERMEDIATE_TOLERANCE * self.largest
+        return same_force and row["contact_area"] == other.row["contact_area"]
 
     def _may_reach_largest(self, moved):
         """Return whether the branch, extended by its last stiffness, exceeds the largest tension so far."""

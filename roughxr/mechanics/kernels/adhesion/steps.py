@@ -102,6 +102,11 @@ class Stepper:
         work = abs((self.last.force - solved.force) * (self.last.delta - solved.delta)) + _TINY
         return -_EDGE_GAIN <= self._freed_energy(solved) / work <= _JUMP_DISSIPATION
 
+    def has_dissipated(self, solved, part=1.0):
+        """Return whether a step has jumped to another branch, if the jump lies in a part of the step."""
+        work = abs((self.last.force - solved.force) * (self.last.delta - solved.delta)) + _TINY
+        return self._freed_energy(solved) / work > part * _JUMP_DISSIPATION
+
     def _freed_energy(self, solved):
         """Return the energy dissipated by the step to a state, nm²."""
         last = self.last
