@@ -216,7 +216,8 @@ def test_the_interval_of_the_real_surface_contains_ranges_by_pressing(scan, scan
 
 
 def test_an_unknown_error_of_the_mesh_is_missing_and_not_zero(scan, scanned):
-    unknown = real_pull_off(scan, scanned.assign(pull_off_error=np.nan * scanned.pull_off_force), None)
+    mesh_error = xr.full_like(scanned.pull_off_force, np.nan).drop_attrs()
+    unknown = real_pull_off(scan, scanned.assign(pull_off_error=mesh_error), None)
     assert np.isnan(unknown.relative_std.sel(entry="mesh")) and np.isfinite(unknown.pull_off_high)
 
 
