@@ -396,6 +396,18 @@ def test_long_header_lines_are_refused_at_once(tmp_path):
         open_scan(path, size=(10, 10), height_units="nm")
 
 
+def test_labels_longer_than_their_igor_wave_are_refused_at_once(tmp_path):
+    path = WRITERS["igor"](tmp_path, rough(16), (160.0, 160.0))
+    wave = bytearray(path.read_bytes())
+    struct.pack_into("<4i", wave, 36, *[2**31 - 1] * 4)
+    wave[2:4] = bytes(2)
+    total = int(np.frombuffer(wave[:384], "<i2").sum(dtype=np.int64))
+    struct.pack_into("<H", wave, 2, -total & 0xFFFF)
+    path.write_bytes(wave)
+    with time_limit(SECONDS), pytest.raises(UnreadableScan, match="truncated"):
+        open_scan(path)
+
+
 def test_a_zip_file_of_a_later_version_is_refused_with_its_name(tmp_path):
     path = tmp_path / "later.zip"
     with zipfile.ZipFile(path, "w") as file:

@@ -64,7 +64,7 @@ def _with_ended_labels(path: str) -> Any:
         return path
     sizes = struct.unpack_from("<12i" if wave[0] else ">12i", wave, 4)
     begin = 64 + sum(sizes[:8])
-    end = begin + sum(sizes[8:])
+    end = min(begin + sum(sizes[8:]), len(wave))
     labels = (wave[at : min(at + 32, end)] for at in range(begin, end, 32))
     ended = b"".join(label.partition(b"\0")[0].ljust(len(label), b"\0") for label in labels)
     return io.BytesIO(wave[:begin] + ended + wave[end:])
