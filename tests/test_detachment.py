@@ -437,6 +437,8 @@ def test_a_share_is_removed_by_its_quantile_among_all_particles():
         particles.removing_load(critical, 90)
     with pytest.raises(ValueError, match=r"critical_load: expected a variable .*; pass"):
         particles.removing_load(critical[["mode"]])
+    with pytest.raises(ValueError, match=r"critical_load: expected a variable 'mode', found .*; pass"):
+        particles.removing_load(critical.drop_vars("mode"))
 
 
 def test_shares_removed_are_drawn_over_decades_though_nothing_holds_some_places():

@@ -100,7 +100,8 @@ def test_menisci_are_as_high_as_kelvin_radius_and_angles_say():
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"humidity": 60}, "0.6 or '60 %'"),
+        ({"humidity": 60}, "0.6 or '60 %', found 60: 60 % is 0.6"),
+        ({"humidity": "60"}, "found '60': 60 % is 0.6"),
         ({"humidity": 0.995}, "saturation"),
         ({"humidity": "99 %"}, "saturation"),
         ({"humidity": 0}, "between 0 and 1"),

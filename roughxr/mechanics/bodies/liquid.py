@@ -25,7 +25,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any, NamedTuple
 
 import xarray as xr
@@ -244,7 +243,7 @@ def _pressure(humidity: Any) -> float:
     number = magnitude(humidity, "1", "humidity")
     if not isinstance(number, float) or not 0 < number < 1:
         meant = ""
-        if isinstance(humidity, Real) and 1 < number < 100:
+        if isinstance(number, float) and 1 < number < 100 and str(humidity).strip()[-1].isdecimal():
             meant = f": {number:g} % is {0.01 * number:g}"
         raise Refusal("humidity", "relative humidity between 0 and 1, as 0.6 or '60 %'", f"{shown(humidity)}{meant}")
     # relative vapour pressure above which this law would fill every gap

@@ -9,6 +9,7 @@ from ..statistics import bootstrap
 from ..statistics.sampling import first_surface_of_each_place, weighted_by_landing_share
 from ..vocabulary import schema
 from ..vocabulary.error_sources import HALF_WIDTH, error_of_interval, symmetric_error, total_error
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity, fraction
 from .force_balance import NEITHER, NO_CONTACT, strength_of_places
 
@@ -50,6 +51,9 @@ def removing_load(ds: xr.Dataset, share: Quantity = 0.5) -> xr.Dataset:
     (True, 'm/s')
     """
     removed = fraction(share, "share")
+    if "mode" not in ds:
+        names = ", ".join(map(str, ds.data_vars))
+        raise Refusal("critical_load", "a variable 'mode'", names, "pass the result of .contact.critical_load() whole")
     strength = strength_of_places(ds)
     moves = (ds["mode"] != NEITHER).where(ds["mode"] != NO_CONTACT)
     moving = float(weighted_by_landing_share(moves.astype(float)).mean())
