@@ -45,7 +45,7 @@ class Adhesion(NamedTuple):
     by_front: bool = False  # whether the edge is followed as that of one region, where that is valid
     on_cells: bool = True  # whether places are solved on cells, if not by their front
     directions: np.ndarray = NO_DIRECTIONS  # rad, of rolling, in which moments of the retraction's states are kept
-    tabor: float = np.nan  # Tabor's parameter that decided between the laws; NaN where the law was stated
+    tabor: float = np.nan  # Tabor's parameter that decided between the laws; NaN where it did not
 
     @property
     def whole_work(self) -> float:

@@ -101,7 +101,7 @@ def fit(
     if values.size < 3 or np.ptp(values) == 0:
         raise Refusal(name, "at least three samples, not all equal", values.size)
     simulations = 0 if sample.bounds is not None else simulations
-    tested = _tested(values, name) if simulations else values
+    tested = _tested_samples(values, name) if simulations else values
     bounds = np.array([values, values]) if sample.censored is None else sample.censored
     rows = np.array([_fit_law(LAWS[law], bounds, tested, simulations) for law in laws])
     out = xr.Dataset({result: ("law", rows[:, k]) for k, result in enumerate(_RESULTS)}, coords={"law": list(laws)})
@@ -116,7 +116,7 @@ def fit(
     return schema.label(out).assign_attrs(attrs, bin_edges=edges, density=binned_density(sample, edges))
 
 
-def _tested(values: np.ndarray, name: str) -> np.ndarray:
+def _tested_samples(values: np.ndarray, name: str) -> np.ndarray:
     """Return the samples for the simulated goodness of fit, with a warning if these are not all."""
     # largest number of samples. All 262,144 pixels of a map would take ten minutes, and such close neighbours are not
     # independent.

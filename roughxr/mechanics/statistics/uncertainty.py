@@ -167,7 +167,9 @@ def bootstrap(
     others = other_dimensions(ds, name)
     if others:
         options: dict[str, Any] = {"statistics": statistics, "confidence": confidence, "resamples": resamples}
-        return _along(partial(bootstrap, name=name, seed=seed, fewest=fewest, **options), ds, within, others[0])
+        return _bootstrap_along(
+            partial(bootstrap, name=name, seed=seed, fewest=fewest, **options), ds, within, others[0]
+        )
     sample = samples(ds, name)
     resampling = _read_resampling(confidence, resamples, seed)
     confidence = resampling.confidence
@@ -241,7 +243,9 @@ def missed_share(independent: float, risk: float = 0.05) -> float:
     return 1 - risk ** (1 / independent)
 
 
-def _along(solve: Callable[..., xr.Dataset], ds: xr.Dataset, within: xr.Dataset | None, dim: str) -> xr.Dataset:
+def _bootstrap_along(
+    solve: Callable[..., xr.Dataset], ds: xr.Dataset, within: xr.Dataset | None, dim: str
+) -> xr.Dataset:
     """Return `bootstrap` at each entry of a second dimension."""
     parts = []
     for k in range(ds.sizes[dim]):

@@ -224,7 +224,7 @@ def _halves(box):
 
 
 @kernel
-def _extended(lists, size, visible):
+def _longer_lists(lists, size, visible):
     """Return lists that contain ``visible`` from the index ``size`` on, twice as long if they were full."""
     while size + visible.size > lists.size:
         longer = np.zeros(2 * lists.size, np.int32)
@@ -258,7 +258,7 @@ def dilation(rows, x, y, ball):
                 todo.append((half, visible))
             continue
         visible = _fill_box(rows, visible, x, y, box, ball, z)
-        lists = _extended(lists, size, visible)
+        lists = _longer_lists(lists, size, visible)
         bounds[i0 // SIDE, j0 // SIDE, 0] = size
         size += visible.size
         bounds[i0 // SIDE, j0 // SIDE, 1] = size
