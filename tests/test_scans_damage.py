@@ -396,6 +396,16 @@ def test_long_header_lines_are_refused_at_once(tmp_path):
         open_scan(path, size=(10, 10), height_units="nm")
 
 
+def test_a_container_without_images_is_refused(tmp_path):
+    from gwyfile.objects import GwyContainer
+
+    path = tmp_path / "empty.gwy"
+    GwyContainer().tofile(str(path))
+    for verb in (describe, open_scan, roughxr.open_pull_off):
+        with pytest.raises(UnreadableScan, match=r"Gwyddion \(\.gwy\): expected an AFM image, found none"):
+            verb(path)
+
+
 def test_labels_longer_than_their_igor_wave_are_refused_at_once(tmp_path):
     path = WRITERS["igor"](tmp_path, rough(16), (160.0, 160.0))
     wave = bytearray(path.read_bytes())

@@ -140,7 +140,9 @@ def images(path: Path, family: str, read: Callable[[Path], list[Channel]]) -> tu
     """Return the format of a file and the images that it holds."""
     with naming_format(path, family):
         channels = call_naming_file(path, read, path)
-    return str(channels[0].header.get("format", family)) if channels else family, channels
+        if not channels:
+            raise UnreadableScan(path, "an AFM image", "none")
+    return str(channels[0].header.get("format", family)), channels
 
 
 def list_channels(path: Any) -> list[Channel]:

@@ -73,8 +73,8 @@ def _with_ended_labels(path: str) -> Any:
 def _as_standard_x3p(path: str) -> Any:
     """Return an X3P file with the revision's hyphen, with a date or none, and with heights in a member."""
     with zipfile.ZipFile(path) as archive:
+        text = archive.read("main.xml").decode("utf-8", "replace")  # before other members, which other zip files have
         members = {name: archive.read(name) for name in archive.namelist()}
-    text = members["main.xml"].decode("utf-8", "replace")
     mended = re.sub(r"(ISO5436\s*)[\u2010-\u2015](\s*2000)", r"\1-\2", text)
     mended = re.sub(r"(<(?:\w+:)?Date>)([^<]+)(</(?:\w+:)?Date>)", _date_or_empty, mended)
     listed = re.search(r"<(\w+:)?DataList>.*?</(\w+:)?DataList>", mended, re.DOTALL)
