@@ -317,6 +317,22 @@ def test_stated_bins_are_drawn_whatever_the_number_of_samples():
     assert figures.distribution(six, bins=3, ax=Figure().subplots()).get_ylabel().startswith("probability density")
 
 
+def test_no_bar_of_several_distributions_is_cut_off():
+    ax = Figure().subplots()
+    for order, width in enumerate((10.0, 1.0)):
+        force = force_of(20 + width * np.linspace(-1, 1, 40))
+        figures.distribution(force, bins=5, interval=None, order=order, ax=ax)
+    tops = [bars.get_paths()[0].vertices[:, 1].max() for bars in ax.collections]
+    assert tops[0] < tops[1] < ax.get_ylim()[1]
+
+
+def test_a_title_stands_above_a_legend():
+    ax = figures.distribution(force_of(np.arange(1.0, 30.0)), laws=["normal"])
+    ax.set_title("a title that is as long as the legend")
+    ax.figure.draw_without_rendering()
+    assert ax.title.get_window_extent().y0 >= ax.get_legend().get_window_extent().y1
+
+
 def test_a_drawn_distribution_is_the_density_weighted_by_shares():
     rng = np.random.default_rng(4)
     shares = {"landing_share": ("subregion", rng.uniform(0, 1, 60))}

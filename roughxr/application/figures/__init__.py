@@ -1,8 +1,8 @@
 """Figures of results, one column of a paper wide, with units on every axis.
 
 Each function takes Datasets and, as ``ax``, the Axes of the panel (a sequence of Axes for several panels), by default
-those of a new figure, and returns the Axes. Legends stand above the Axes: ``ax.figure.suptitle`` is a title above them.
-matplotlib is imported at the first figure.
+those of a new figure, and returns the Axes. Legends stand above the Axes, and the title of ``ax.set_title`` above its
+legend. matplotlib is imported at the first figure.
 """
 
 from .any_result import plot

@@ -106,7 +106,7 @@ def distribution(
         if len(laws):
             _laws(ax, ds, name, values, edges, laws, interval)
         label_density(ax, name)
-        ax.set_ylim(bottom=0)
+        ax.set_ylim(0, 1.05 * ax.dataLim.y1)  # of all distributions on these Axes
     if interval is None or values.size < 2:
         return legend(ax)
     confidence = fraction(interval, "interval")

@@ -220,4 +220,15 @@ def legend(ax, *, rows: float = 0.0, **options: Any):
         columns = 2 if max(map(len, labels)) < 26 else 1
         place = {"loc": "lower left", "bbox_to_anchor": (0, 1 + ROW * rows), "borderpad": 0, "columnspacing": 1.0}
         ax.legend(ncols=columns, **place, **options)
+        if not ax.child_axes:  # matplotlib moves a title above these, but not above a legend
+            room = ax.inset_axes((0, 1, 1, 0))
+            room.set_visible(False)
+            room.set_axes_locator(functools.partial(_legend_extent, ax))
     return ax
+
+
+def _legend_extent(ax, _: object, renderer: Any):
+    """Return the extent of a legend, of its Axes where it is removed, over the figure."""
+    drawn = ax.get_legend()
+    extent = ax.bbox if drawn is None else drawn.get_window_extent(renderer)
+    return extent.transformed(ax.figure.transSubfigure.inverted())
