@@ -12,7 +12,7 @@ from roughxr.application.report.run_tables import budget_table
 from roughxr.application.report.summary import BUDGET
 from roughxr.application.wording import names_in_words, render_sentence
 from roughxr.mechanics.studies import budget_changes
-from roughxr.mechanics.studies.assumptions import CHANGES
+from roughxr.mechanics.studies.assumptions import CHANGES, noise_limit
 from roughxr.mechanics.studies.budget_changes import mean_change
 from roughxr.mechanics.studies.uncertainty_budget import budget_of, error_budget, stated_mesh_error
 from roughxr.mechanics.vocabulary import numbers
@@ -280,7 +280,20 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     assert f"without its known bias, 25 %, is {mean}." in report.headline(biased)
     table = report.tables(run)["Error budget of the mean pull-off"]
     assert table.index[-1] == "all of these" and " ± " in table["error [%]"]["work of adhesion"]
-    assert "The total is known to ± " in table["how it was computed"]["all of these"]
+    basis = table["how it was computed"]
+    assert "The total is known to ± " in basis["all of these"]
+    assert basis["mesh"].startswith("cells and steps smaller by a factor of 2") and "0.5 times its size" in basis["mesh"]
+    assert "equivalent to 2 independent ones" in basis["places"]
+
+
+def test_an_error_budget_states_the_preload_and_the_noise_that_were_added(rough, solved):
+    budget = budget_of(rough, solved, settings={"preload": [0.1], "noise": [0.5]}, **HOW)
+    run = {"scan": rough, "solutions/adhesive": solved, "statistics/adhesive": roughxr.pull_off(solved)}
+    basis = budget_table(run | {BUDGET: budget})["how it was computed"]
+    added = numbers.format_quantity(0.1 * float(budget.pull_off_mean))
+    assert basis["preload"] == f"preload + {added}, 0.1 times the mean pull-off; 2 places"
+    noise = numbers.format_number(0.5 * noise_limit(rough), "nm", 2)
+    assert basis["noise"].startswith(f"noise of {noise} added, 0.5 times the most that neighbouring lines allow")
     run["solutions/adhesive"] = solved.assign(pull_off_resolution=0.7 * solved.mesh)
     assert any("a radius of 0.7 pixels" in said for said in report.cautions(run))
     assert report.headline({"scan": rough}) == ""
@@ -293,7 +306,7 @@ def test_every_source_of_error_has_a_remedy_but_the_law_of_menisci():
 
 @pytest.mark.parametrize("source", ERROR_SOURCES)
 def test_every_source_of_error_is_worded(source):
-    facts = {"setting": "2", "number_of_places": 3, "finest_shown": 10.0}
+    facts = {"setting": "2", "number_of_places": 3, "finest_shown": 10.0, "added_preload": 5.0, "bias_part": 0.5}
     assert render_sentence("errors.toml", source, facts)
 
 

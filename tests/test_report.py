@@ -173,6 +173,8 @@ def test_detach_states_the_flow_that_removes_a_share(written, run, capsys):
     jet_needs = 20 * float(load.removing_load)
     assert ("a third of the speed of sound" in printed) == (jet_needs > 100)
     assert "with the run's work of adhesion" in printed
+    assert cli.main(["detach", str(written.parent), "--remove", "99.9%"]) == 0
+    assert "to remove 99.9 % of the places: " in capsys.readouterr().out
     with pytest.raises(SystemExit):
         cli.main(["detach", str(written.parent), "--remove", "most"])
     assert "expected a number without a unit, or per cent as 90%, found 'most'" in capsys.readouterr().err

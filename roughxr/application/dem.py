@@ -130,7 +130,11 @@ def _place_values(ds: xr.Dataset) -> dict[str, Any]:
     """Return the number of places, and of random surfaces at each of them if there are several."""
     count = int(place_numbers(ds).max()) + 1
     surfaces = ds.sizes["subregion"]
-    return {"places_of_scan": count, "surfaces_of_place": surfaces // count if surfaces > count else None}
+    return {
+        "places_of_scan": count,
+        "several_places": count > 1,
+        "surfaces_of_place": surfaces // count if surfaces > count else None,
+    }
 
 
 def _adhesion_values(ds: xr.Dataset, force: xr.DataArray) -> dict[str, Any]:

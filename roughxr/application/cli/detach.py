@@ -24,7 +24,7 @@ from ...mechanics.particles.force_balance import (
 )
 from ...mechanics.particles.loads import read_flow
 from ...mechanics.statistics.sampling import SHARE, first_surface_of_each_place, weighted_by_landing_share
-from ...mechanics.vocabulary.numbers import format_number, format_percent
+from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.schema import is_humid
 from ...mechanics.vocabulary.text import without_warnings
@@ -175,7 +175,7 @@ def _units(critical: xr.Dataset) -> str:
 
 def _row(critical: xr.Dataset, share: float | None) -> dict[str, str]:
     """Return the critical strength of a run in a row: median, or that for a share, with interval, and first mode."""
-    label = "median" if share is None else f"removes {format_percent(share)}"
+    label = "median" if share is None else f"removes {100 * share:g} %"
     strength, interval = value_and_interval(*critical_strength(critical, share), _units(critical))
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     most = f"{modes[np.argmax(counts)]}, at {counts.max()} of {counts.sum()} places"
@@ -228,12 +228,13 @@ def _mode_values(critical: xr.Dataset, moments: xr.Dataset) -> dict[str, Any]:
 def _removal_values(critical: xr.Dataset, moments: xr.Dataset, options: Namespace) -> dict[str, Any]:
     """Return the strength that removes the requested share, also in turbulence, and a jet beyond its formula."""
     is_flow = _strength(critical).name == "critical_friction_velocity"
+    per_cent = None if options.remove is None else 100 * options.remove
     speed, slowest, fastest = critical_strength(critical, options.remove)
     if not np.isfinite(speed):
-        return {"removed_share": options.remove}
+        return {"removed_per_cent": per_cent}
     units = _units(critical)
     values = {
-        "removed_share": options.remove,
+        "removed_per_cent": per_cent,
         "is_flow": is_flow,
         "strength": with_interval(speed, slowest, fastest, units, name=_INTERVAL),
     }

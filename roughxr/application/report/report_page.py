@@ -182,11 +182,13 @@ def _simulation_values(run: Run) -> dict[str, Any]:
     """Return the values of the facts about roughness, recommended model, places and the simulation with adhesion."""
     regime = run.get("statistics/regime", xr.Dataset())
     recommended = str(regime["recommended"].item()) if "recommended" in regime else ""
+    count = by_place(run).sizes.get("subregion")
     values = {
         "s_q": run.get("statistics/roughness", xr.Dataset()).get("s_q"),
         "asperity_tabor": regime.get("asperity_tabor"),
         "model": names_in_words("model").get(recommended),
-        "number_of_places": by_place(run).sizes.get("subregion"),
+        "number_of_places": count,
+        "several_places": count is not None and count > 1,
     }
     if "solutions/adhesive" not in run:
         return values

@@ -10,6 +10,8 @@ import pandas as pd
 import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
+from ...mechanics.studies.assumptions import noise_limit
+from ...mechanics.studies.uncertainty_budget import bias_part
 from ...mechanics.vocabulary.error_sources import PLACES, UNSEEN, KnownError, read_errors, total_bias, total_error
 from ...mechanics.vocabulary.numbers import format_number
 from ..figures.uncertainty_bars import error_in_percent
@@ -17,7 +19,7 @@ from ..headline import best_estimate
 from ..wording import names_in_words, render_sentence, table_of_words
 from ..wording.intervals import value_and_interval
 from .run_numbers import METHOD_WORDS, Number, run_numbers
-from .summary import BUDGET, run_fluid
+from .summary import BUDGET, run_fluid, run_summary
 
 Run = Mapping[str, xr.Dataset]
 
@@ -76,10 +78,23 @@ def budget_table(run: Run) -> pd.DataFrame:
     facts: dict[str, Any] = {**run[BUDGET].attrs, "seen": seen.std, "error_of_total": seen.standard_error / seen.std}
     if UNSEEN in errors:
         facts["finest_shown"] = run["statistics/extrapolated"]["finest_shown"]
+    facts |= _added(run, errors)
     rows = {name: [*_in_percent(error), _basis(name, error, facts)] for name, error in errors.items()}
     rows["all of these"] = [*_in_percent(total), render_sentence(_ERRORS, "total", facts)]
     columns = ["error [%]", "change [%]", "how it was computed"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("entry")
+
+
+def _added(run: Run, errors: Mapping[str, KnownError]) -> dict[str, Any]:
+    """Return the preload (nN) and the noise (nm) that are added, and the number of independent places."""
+    added: dict[str, Any] = {"independent_places": run_summary(run).get("independent_places")}
+    preload = errors["preload"].setting
+    if preload:
+        added["added_preload"] = float(preload) * run[BUDGET]["pull_off_mean"]
+    noise = errors["noise"].setting
+    if noise and "scan" in run:
+        added["added_noise"] = float(noise) * noise_limit(run["scan"])
+    return added
 
 
 def _basis(name: str, error: KnownError, facts: Mapping[str, Any]) -> str:
@@ -91,6 +106,7 @@ def _basis(name: str, error: KnownError, facts: Mapping[str, Any]) -> str:
         "number_of_places": error.places,
         "several_places": error.places > 1,
         "places_without": error.tried_places - error.places,
+        "bias_part": bias_part(name, facts["law"]),
         "was_tried": error.tried_places > 0,
         "is_scatter": name == PLACES,
         "without_effect": abs(error.pull_off_change) < _LEAST_TIP_EFFECT,

@@ -77,7 +77,8 @@ def changes(
                 cases.append(FactorCase(factor, value))
             except Refusal as refusal:
                 cases.append(FactorCase(factor, value, reason=str(refusal)))
-    print_line(f"error budget: {len(pairs)} changes at {places.sizes['subregion']} places")
+    count = places.sizes["subregion"]
+    print_line(f"error budget: {len(pairs)} changes at {count} place{'s' * (count > 1)}")
     weight = shares(places).values
     solved = _solved([case_base for pair in pairs.values() for case_base in pair], places, base.ds)
     for k, (changed, reference) in pairs.items():

@@ -215,10 +215,14 @@ def _error_of_factor(
         change = _scaled(change, slope, deviation)
         setting = deviation
     text = setting if isinstance(setting, str) else f"{setting:g}"
-    # without range the order of convergence on soft rough bodies is a half
-    mesh_part = _BIAS_PART if ADHESION_LAWS[law].has_range else 1.5
-    part = mesh_part if factor == MESH else None
+    part = bias_part(MESH, law) if factor == MESH else None
     return _error_by_change(change, part, slope=slope, tried_places=tried, setting=text)
+
+
+def bias_part(source: str, law: str) -> float:
+    """Return the part of the known bias of a source that counts as its error."""
+    # without range the order of convergence on soft rough bodies is a half
+    return 1.5 if source == MESH and not ADHESION_LAWS[law].has_range else _BIAS_PART
 
 
 def _scaled(change: Change, slope: float, deviation: float) -> Change:
