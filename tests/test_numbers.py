@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.application.wording import render_sentence
 from roughxr.application.wording.intervals import value_and_interval
 from roughxr.mechanics.vocabulary.numbers import format_number, format_percent, format_quantity, prefixed
 
@@ -46,3 +47,9 @@ def test_shares_are_stated_in_per_cent_too():
     in_percent, as_number = (forces.contact.bootstrap(confidence=part) for part in ("90 %", 0.9))
     xr.testing.assert_equal(in_percent, as_number)
     assert roughxr.figures.distribution(forces, interval="90 %").get_xlabel() == "pull-off force [nN]"
+
+
+def test_a_value_with_the_name_of_a_sentence_is_an_error_and_not_left_out():
+    assert render_sentence("answer.toml", "count", {"places": 3, "several_places": True}) == "3 places"
+    with pytest.raises(ValueError, match="'plural' is a value and an entry"):
+        render_sentence("answer.toml", "count", {"places": 3, "plural": "s"})

@@ -61,6 +61,8 @@ class _Sentences(Formatter):
 
     def get_value(self, key: Any, args: Any, kwargs: Any) -> Any:
         if key in self.entries:
+            if key in self.values:
+                raise ValueError(f"{key!r} is a value and an entry of the sentences")
             return self.render(key)
         value = self.values.get(key)
         if not _is_known(value):
