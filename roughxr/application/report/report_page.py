@@ -244,7 +244,8 @@ def _errors_in_words(run: Run) -> str:
         return ""
     errors = {name: error.std for name, error in run_errors(run).items() if error.std > _NAMED_ERROR}
     largest_first = sorted(errors, key=errors.__getitem__, reverse=True)
-    return ", ".join(f"{name} ({format_percent(errors[name])})" for name in largest_first)
+    words = names_in_words("error")
+    return ", ".join(f"{words.get(name, name)} ({format_percent(errors[name])})" for name in largest_first)
 
 
 def pair_facts(scan: xr.Dataset) -> dict[str, str]:
