@@ -182,6 +182,8 @@ def test_errors_name_options_in_a_shell(tmp_path, capsys):
     assert "give it, for example --size '5 um' '5 um'" in capsys.readouterr().err
     assert main(["run", sample, "--sphere-radius", "10 nm", *pair[2:], "-o", str(tmp_path / "run")]) == 1
     assert "--sphere-radius: expected more than one pixel" in capsys.readouterr().err
+    assert main(["run", sample, *pair, "--contact-modulus", "40", "-o", str(tmp_path / "run")]) == 1
+    assert "expected one of --materials, --contact-modulus, --young-modulus, found" in capsys.readouterr().err
 
 
 def test_a_phrase_names_arguments_as_python_does_and_keeps_them_between_processes():

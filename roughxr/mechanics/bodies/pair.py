@@ -587,7 +587,9 @@ def _exactly_one(**alternatives: Any) -> None:
     """Raise unless exactly one of several alternatives is given."""
     stated = [name for name, value in alternatives.items() if value is not None]
     if len(stated) != 1:
-        raise Refusal("", f"one of {', '.join(alternatives)}", " and ".join(stated) or "none of them")
+        first, *others = map(Argument, alternatives)
+        expected = Phrase("one of ", first, *(part for other in others for part in (", ", other)))
+        raise Refusal("", expected, " and ".join(stated) or "none of them")
 
 
 def _is_several(value: Any) -> bool:
