@@ -102,10 +102,10 @@ def error_budget(
 
     Notes
     -----
-    For a factor that is changed both up and down, the larger change is used. The changes are taken as independent, each
-    as one standard deviation: that of ln(mean) is ln(1 + |change|). The entry of places is s/√n over the mean, n the
-    number of independent places. The entry of a known bias is that of half of it, of a mesh without range of 1.5 times
-    it, combined with its standard error.
+    For a factor that is changed both up and down, the larger change is used. The changes are taken as independent,
+    each as one standard deviation: that of ln(mean) is ``ln(1 + |change|)``. The entry of places is s/√n over the
+    mean, n the number of independent places. The entry of a known bias is that of half of it, of a mesh without range
+    of 1.5 times it, combined with its standard error.
 
     References
     ----------
