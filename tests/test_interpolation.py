@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.mechanics.kernels.topography.circles import heights_on_circles
-from roughxr.mechanics.kernels.topography.interpolation import band_limited, splined
+from roughxr.mechanics.kernels.topography.interpolation import band_limited, heights_on_circles, splined
 
 
 def waves_of(shortest, seed, *, noise=0.0, n=64):

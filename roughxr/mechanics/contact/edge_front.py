@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kernels.adhesion import front
-from ..kernels.topography.circles import heights_on_circles
+from ..kernels.topography.interpolation import heights_on_circles
 from ..scans import regions
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
 from ..vocabulary.refusal import Refusal

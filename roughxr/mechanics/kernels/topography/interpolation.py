@@ -8,7 +8,8 @@ a plane is removed; the effect of this choice falls as the third power of the di
 tenth of their height.
 
 `splined` interpolates by bicubic splines: wavelengths of two to three pixels come out some per cent lower, and steps
-ring less. The difference between both estimates the effect of heights that no pixel shows.
+ring less. The difference between both estimates the effect of heights that no pixel shows. `heights_on_circles` takes
+such splines between finer cells.
 """
 
 from typing import Any
@@ -46,6 +47,17 @@ def bicubic_spline(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> Any:
     from scipy.interpolate import RectBivariateSpline
 
     return RectBivariateSpline(x, y, height, kx=min(3, x.size - 1), ky=min(3, y.size - 1))
+
+
+def heights_on_circles(axes, height, middle, radii, angles):
+    """Return heights and their slopes outwards (radius, angle) about ``middle``, within the cells at two axes."""
+    spline = bicubic_spline(*axes, height)
+    cosines = np.cos(angles)
+    sines = np.sin(angles)
+    x = middle[0] + np.multiply.outer(radii, cosines)
+    y = middle[1] + np.multiply.outer(radii, sines)
+    values, along_x, along_y = (spline(x, y, dx, dy, grid=False) for dx, dy in ((0, 0), (1, 0), (0, 1)))
+    return values, along_x * cosines + along_y * sines
 
 
 def _centred(size: int, n: int) -> np.ndarray:
