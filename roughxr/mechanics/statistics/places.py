@@ -83,8 +83,8 @@ def _averaged_independent_places(values: np.ndarray, places: np.ndarray) -> floa
     scores = normal_scores(values)
     models = _correlation_models(np.ascontiguousarray(places, dtype=float).tobytes())
     likelihood = []
-    for inverse, determinant in zip(models.inverse, models.log_determinant):
-        off = scores - inverse.sum(axis=0) @ scores / inverse.sum()
+    for inverse, sums, total, determinant in zip(*models[:4]):
+        off = scores - sums @ scores / total
         likelihood.append(-0.5 * (determinant + (n - 1) * np.log(max(off @ inverse @ off, 1e-300))))
     weights = np.exp(np.array(likelihood) - max(likelihood))
     return float(1 / np.average(models.mean, weights=weights))
@@ -94,6 +94,8 @@ class _CorrelationModels(NamedTuple):
     """Correlations of samples at places: their inverse matrices, log determinants with a free mean, and means."""
 
     inverse: np.ndarray
+    column_sums: np.ndarray  # of the inverse
+    total: list[float]  # their sum
     log_determinant: np.ndarray
     mean: np.ndarray
 
@@ -112,7 +114,8 @@ def _correlation_models(coordinates: bytes) -> _CorrelationModels:
     correlation = (1 - nugget) * shapes + nugget * np.eye(n)
     inverse = np.linalg.inv(correlation)
     determinant = np.linalg.slogdet(correlation)[1] + np.log(inverse.sum(axis=(1, 2)))
-    return _CorrelationModels(inverse, determinant, correlation.mean(axis=(1, 2)))
+    totals = [matrix.sum() for matrix in inverse]
+    return _CorrelationModels(inverse, inverse.sum(axis=1), totals, determinant, correlation.mean(axis=(1, 2)))
 
 
 def mean_spacing(places: np.ndarray) -> float:

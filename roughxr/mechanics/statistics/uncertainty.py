@@ -349,16 +349,13 @@ def _intervals(sample: Samples, count: float, labels: list[str], resampling: Res
     confidence = resampling.confidence
     if sample.values.size < FEWEST_SAMPLES:
         return np.array([_small_sample_ends(label, sample, max(count, 1.5), confidence) for label in labels]).T
-    drawn = [
-        [_mean(values, weights), _std(values, weights)] for values, weights in _resampled(sample, count, resampling)
-    ]
-    means, stds = np.concatenate(drawn, axis=1)
+    moments = ["mean", *(label for label in labels if label in ("std", RELATIVE_STD))]
+    drawn = [[_estimate(label, *resamples) for label in moments] for resamples in _resampled(sample, count, resampling)]
+    drawn_moments = np.concatenate(drawn, axis=1)
+    means = drawn_moments[0]
     degrees = max(count, 2.0) - 1
     low = ndtr(stdtrit(degrees, 0.5 - confidence / 2))
-    drawn_statistics = {"mean": means, "std": stds}
-    if RELATIVE_STD in labels:
-        drawn_statistics[RELATIVE_STD] = stds / means
-    ends = {label: np.quantile(drawn, [low, 1 - low]) for label, drawn in drawn_statistics.items()}
+    ends = dict(zip(moments, np.quantile(drawn_moments, [low, 1 - low], axis=1).T))
     spread = float(_mean((sample.values - _mean(sample.values, sample.weights)) ** 2, sample.weights) ** 0.5)
     # factor on deviations: samples that are alike scatter less about their own mean than about the true one
     times = spread / float(np.sqrt(degrees) * means.std()) if means.std() > 0 else 1.0
@@ -430,7 +427,7 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
 
     Of quantiles by Clopper and Pearson; of mean and std the percentiles of the resamples, ``ends``, ``times`` as wide.
     """
-    from scipy.stats import beta
+    from scipy.special import betaincinv  # of `scipy.stats.beta`, whose checks take longer than all else here
 
     values = sample.values
     estimate = _estimate(label, values, sample.weights)
@@ -450,8 +447,8 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
         below = count * share
         above = count * (1 - share)
         tail = 0.5 - confidence / 2
-        smallest_share = beta.ppf(tail, below, above + 1) if below > 0 else 0.0
-        largest_share = beta.ppf(1 - tail, below + 1, above) if above > 0 else 1.0
+        smallest_share = betaincinv(below, above + 1, tail) if below > 0 else 0.0
+        largest_share = betaincinv(below + 1, above, 1 - tail) if above > 0 else 1.0
         ends = _quantile(values, [float(smallest_share), float(largest_share)], sample.weights)
         # the quantile may lie beyond all samples
         is_hidden = min(below, above) < -np.log(tail)
@@ -463,15 +460,16 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
 
 def _small_sample_ends(label: str, sample: Samples, count: float, confidence: float) -> np.ndarray:
     """Return the ends of an interval of few samples, taken as log-normal, or as normal if any is negative."""
-    from scipy.special import ndtri, stdtrit
-    from scipy.stats import chi2, nct
+    from scipy.special import gammaincinv, ndtri, stdtrit
+    from scipy.stats import nct
 
     values, weights = sample.values, sample.weights
     estimate = _estimate(label, values, weights)
     tails = np.array([0.5 - confidence / 2, 0.5 + confidence / 2])
     lost = (1 - 1 / _effective_count(weights, values.size)) / (1 - 1 / count)  # to the mean of like places
     if label in ("std", RELATIVE_STD):
-        return estimate * np.sqrt(lost * (count - 1) / chi2.ppf(tails[::-1], count - 1))
+        chi_squared = 2 * gammaincinv(0.5 * (count - 1), tails[::-1])
+        return estimate * np.sqrt(lost * (count - 1) / chi_squared)
     positive = values.min() >= 0 and values.max() > 0
     # lower bound of samples, as a fraction of the mean, before the logarithm
     law = np.log(np.maximum(values, 0.01 * values.mean())) if positive else values
