@@ -1,5 +1,7 @@
 """Correlated fields of known mean and median on a grid of places, and samples of known laws."""
 
+import functools
+
 import numpy as np
 import xarray as xr
 from scipy.ndimage import gaussian_filter
@@ -10,10 +12,15 @@ def field(side, length, rng):
     margin = int(4 * length) + 2
     noise = rng.normal(size=(side + 2 * margin, side + 2 * margin))
     smooth = gaussian_filter(noise, length / np.sqrt(2), mode="wrap", truncate=5.0)
+    return (smooth / _smoothed_std(length))[margin:-margin, margin:-margin]
+
+
+@functools.cache
+def _smoothed_std(length):
+    """Return the standard deviation of smoothed noise of variance 1."""
     weights = np.zeros((81, 81))
     weights[40, 40] = 1.0
-    norm = np.sqrt((gaussian_filter(weights, length / np.sqrt(2), truncate=5.0) ** 2).sum())
-    return (smooth / norm)[margin:-margin, margin:-margin]
+    return np.sqrt((gaussian_filter(weights, length / np.sqrt(2), truncate=5.0) ** 2).sum())
 
 
 def grid_samples(values, spacing=625.0, name="pull_off_force", units="nN"):

@@ -24,7 +24,7 @@ from .fields import field, grid_samples
 REPEATS = 200
 
 #: Grids of places by their shape.
-LABELLED_GRIDS = {(side, side): grid_samples(np.zeros((side, side))) for side in (3, 4, 5, 6, 8, 12, 16)}
+LABELLED_GRIDS = {(side, side): grid_samples(np.zeros((side, side))) for side in (3, 4, 6, 8, 12, 16)}
 
 
 def interval_ends(values, statistics, resamples=199):
@@ -40,8 +40,7 @@ def interval_ends(values, statistics, resamples=199):
     return np.full_like(ends, np.nan) if places is not None and count < 3.5 else ends
 
 
-@pytest.mark.parametrize("side", [3, 4, 8, 12])
-@pytest.mark.parametrize("length", [0.5, 1.5])
+@pytest.mark.parametrize(("side", "length"), [(3, 0.5), (3, 1.5), (8, 0.5), (8, 1.5), (12, 1.5)])
 def test_bootstrap_states_the_ends_whose_coverage_is_counted_here(side, length):
     values = np.exp(0.5 * field(side, length, np.random.default_rng(side)))
     statistics = ["mean", "q50", "q5", "q95", "std"]
@@ -60,7 +59,7 @@ def coverage(side, length, *, law=lambda z: z, truth=(0.0, 0.0), statistics=("me
     return np.mean(held, axis=0)
 
 
-@pytest.mark.parametrize(("side", "length"), [(8, 1.0), (8, 1.5), (16, 1.5)])
+@pytest.mark.parametrize(("side", "length"), [(8, 1.0), (8, 1.5)])
 def test_intervals_cover_mean_and_median_of_correlated_places(side, length):
     shares = coverage(side, length)
     assert (shares >= 0.90).all()
@@ -93,7 +92,7 @@ def test_few_log_normal_places_are_covered_too(count):
 
 
 @pytest.mark.parametrize("summits", [False, True], ids=["Gaussian", "shared summits"])
-@pytest.mark.parametrize(("side", "length"), [(3, 0.0), (3, 0.5), (4, 0.75), (5, 1.0), (6, 1.5)])
+@pytest.mark.parametrize(("side", "length"), [(3, 0.0), (4, 0.75), (6, 1.5)])
 def test_intervals_of_few_independent_places_that_are_given_hold(side, length, summits):
     """Log-normal fields of 4 to 9 independent places; of shared summits, the nearest of random ones gives the force.
 
@@ -115,11 +114,14 @@ def test_intervals_of_few_independent_places_that_are_given_hold(side, length, s
     assert held >= 0.93 * stated and stated >= 180
 
 
-@pytest.mark.parametrize("length", [0.7, 1.5])
+def two_levels(z):
+    return np.where(z > 0.5, 3.0, 1.0) * np.exp(0.1 * z)
+
+
 @pytest.mark.parametrize(
-    "law",
-    [lambda z: np.exp(0.5 * z), lambda z: 1 + 0.3 * z, lambda z: np.where(z > 0.5, 3.0, 1.0) * np.exp(0.1 * z)],
-    ids=["log-normal", "normal", "bimodal"],
+    ("law", "length"),
+    [(lambda z: np.exp(0.5 * z), 0.7), (lambda z: 1 + 0.3 * z, 1.5), (two_levels, 0.7), (two_levels, 1.5)],
+    ids=["log-normal", "normal", "bimodal", "bimodal of longer correlation"],
 )
 def test_intervals_hold_quantiles_beyond_the_samples(law, length):
     """Of 8 by 8 places fewer than twenty are independent, so that their extremes fall short of the 95 % quantile."""
@@ -137,9 +139,9 @@ def test_too_few_independent_places_give_no_interval_but_a_reason():
     assert bare.low.notnull().all() and "no_interval" not in bare.attrs
 
 
-def test_spread_is_covered_on_a_wide_field():
-    shares = coverage(16, 1.5, statistics=("std",), truth=1.0)
-    assert shares.item() >= 0.90
+def test_mean_median_and_spread_are_covered_on_a_wide_field():
+    shares = coverage(16, 1.5, statistics=("mean", "q50", "std"), truth=(0.0, 0.0, 1.0))
+    assert (shares >= 0.90).all()
 
 
 def test_independent_places_are_not_widened():
@@ -163,7 +165,7 @@ def test_ten_thousand_draws_of_each_law_are_recovered(draw, mean, std):
     held = []
     for _ in range(20):
         ds = xr.Dataset({"height": ("asperity", draw(rng, 10_000), {"units": "nm"})})
-        intervals = bootstrap(ds, "height", statistics=("mean", "std"), resamples=199)
+        intervals = bootstrap(ds, "height", statistics=("mean", "std"), resamples=99)
         held.append((intervals.low <= [mean, std]) & ([mean, std] <= intervals.high))
         assert float((intervals.high - intervals.low).max()) < 0.12 * std
     # 40 intervals of 95 %: fewer than 33 held would happen once in 10⁴
@@ -188,8 +190,8 @@ def test_no_interval_leaves_the_samples_range_but_of_quantiles_that_may_lie_beyo
 @pytest.mark.parametrize(("length", "side"), [(1.0, 24), (2.0, 48)])
 def test_effective_number_is_that_of_the_correlation(length, side):
     places = np.argwhere(np.ones((side, side))).astype(float)
-    d2 = ((places[:, None] - places[None]) ** 2).sum(axis=2)
-    exact = len(places) ** 2 / np.exp(-d2 / (2 * length**2)).sum()
+    distance = np.subtract.outer(np.arange(side), np.arange(side))
+    exact = (side**2 / np.exp(-(distance**2) / (2 * length**2)).sum()) ** 2  # x and y are independent
     rng = np.random.default_rng(0)
     independent = [independent_places(field(side, length, rng).ravel(), places) for _ in range(20)]
     assert np.median(independent) == pytest.approx(exact, rel=0.25)
@@ -383,7 +385,7 @@ def test_the_mean_of_a_few_is_covered_though_they_show_no_tail(draw, mean, count
 
 
 @pytest.mark.parametrize(("count", "widest"), [(3, 25.0), (4, 15.0), (9, 5.0)])
-@pytest.mark.parametrize("sigma", [0.3, 0.45, 0.7])
+@pytest.mark.parametrize("sigma", [0.3, 0.7])
 def test_intervals_of_few_scattered_places_are_no_wider_than_needed(count, widest, sigma):
     """Of 2000 intervals of 95 %, 1850 hold; nine of ten are narrower than a factor at which Cox's alone are not."""
     draws = np.random.default_rng(count).lognormal(0.0, sigma, (2000, count))
