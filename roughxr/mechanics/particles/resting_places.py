@@ -70,9 +70,8 @@ def resting(
     """
     z, surface = _dilated_surface(ds, schema.sphere_radius(ds))
     if landings is None:
-        labels, minima = basins.drainage_basins(z, surface.pixel)
+        minima, spheres = basins.drainage_basins(z, surface.pixel)
         start = np.array(surface.first) + minima * np.array(surface.pixel)
-        spheres = np.bincount(labels.ravel(), minlength=len(minima) + 1)[1:] / labels.size
     else:
         start = regions.points(regions.centres(ds, landings))
         spheres = np.full(len(start), 1 / len(start))

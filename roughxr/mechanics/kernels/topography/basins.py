@@ -22,10 +22,6 @@ import numpy as np
 from ..jit import kernel
 from .dilation import SIDE, touch
 
-#: Labels of pixels from which the sphere rolls off the scan, of pixels without a lower neighbour, and of pixels not yet
-#: labelled. The second is also the last index of a list of labels.
-OFF, _NO_DESCENT, _UNLABELLED = 0, -1, -2
-
 #: First half-width of a step, pixels: such steps never end midway between pixels.
 _FIRST_STEP = 0.47
 
@@ -48,16 +44,10 @@ _OFFSETS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)
 
 
 @kernel
-def is_on_border(shape, i, j):
-    """Return whether a pixel belongs to the outermost ring."""
-    return i == 0 or j == 0 or i == shape[0] - 1 or j == shape[1] - 1
-
-
-@kernel
 def _downhill_label(z, i, j, pixel, labels, lowest):
     """Return the label of the steepest lower neighbour; of equally steep ones, that of the lowest minimum."""
     steepest = 0.0
-    label = _NO_DESCENT
+    label = 0
     for di, dj in _OFFSETS:
         p = i + di
         q = j + dj
@@ -72,63 +62,33 @@ def _downhill_label(z, i, j, pixel, labels, lowest):
 
 
 @kernel
-def _fill(z, start, pixel, labels, lowest, plateau):
-    """List the pixels of a plateau; return their number and label, ``_NO_DESCENT`` if the plateau is a minimum."""
-    (nx, ny) = z.shape
-    count = 1
-    done = 0
-    label = _NO_DESCENT
-    off = False
-    plateau[0] = start
-    while done < count:
-        i = plateau[done] // ny
-        j = plateau[done] % ny
-        done += 1
-        off |= is_on_border(z.shape, i, j)
-        for di, dj in _OFFSETS:
-            p = i + di
-            q = j + dj
-            if not (0 <= p < nx and 0 <= q < ny and z[p, q] == z[i, j]):
-                continue
-            if labels[p, q] == _UNLABELLED:
-                labels[p, q] = _downhill_label(z, p, q, pixel, labels, lowest)
-                if labels[p, q] == _NO_DESCENT:
-                    plateau[count] = p * ny + q
-                    count += 1
-            if lowest[labels[p, q]] < lowest[label]:
-                label = labels[p, q]
-    return count, OFF if label == _NO_DESCENT and off else label
-
-
-@kernel
-def drainage_basins(z, pixel):
-    """Return the label of each pixel's basin (``OFF``, 1, 2, …), and the minimum of each basin from 1 on, in pixels."""
-    ny = z.shape[1]
-    count = 0
-    labels = np.full(z.shape, _UNLABELLED, np.int32)
-    lowest = np.full(z.size // 4 + 3, np.inf)
-    minima = np.zeros((z.size // 4 + 1, 2))
-    lowest[OFF] = -np.inf
-    plateau = np.zeros(z.size, np.int32)
+def _drain(z, pixel, labels, lowest):
+    """Label all pixels but the minima, whose labels are known."""
     for start in np.argsort(z.ravel()):
-        i = start // ny
-        j = start % ny
-        if labels[i, j] != _UNLABELLED:
-            continue
-        labels[i, j] = _downhill_label(z, i, j, pixel, labels, lowest)
-        if labels[i, j] != _NO_DESCENT:
-            continue
-        size, label = _fill(z, start, pixel, labels, lowest, plateau)
-        if label == _NO_DESCENT:
-            for k in plateau[:size]:
-                minima[count, 0] += k // ny / size
-                minima[count, 1] += k % ny / size
-            count += 1
-            label = count
-            lowest[label] = z[i, j]
-        for k in plateau[:size]:
-            labels[k // ny, k % ny] = label
-    return labels, minima[:count].copy()
+        i = start // z.shape[1]
+        j = start % z.shape[1]
+        if labels[i, j] == 0:
+            labels[i, j] = _downhill_label(z, i, j, pixel, labels, lowest)
+
+
+def drainage_basins(z, pixel):
+    """Return the minima, in pixels, (n, 2), and the share of the pixels that drain to each; others drain off the scan.
+
+    Pixels of equal height without a lower neighbour are one minimum. One at the border is none.
+    """
+    from scipy.ndimage import center_of_mass, label, minimum_filter
+
+    is_minimum = z == minimum_filter(z, 3)
+    labels, count = label(is_minimum, np.ones((3, 3)))
+    border = np.ones(z.shape, np.bool_)
+    border[1:-1, 1:-1] = False
+    inner = np.setdiff1d(np.arange(1, count + 1), labels[border])
+    minima = np.reshape(center_of_mass(is_minimum, labels, inner), (-1, 2))
+    lowest = np.zeros(count + 1)
+    lowest[labels] = z
+    lowest[labels[border]] = -np.inf
+    _drain(z, pixel, labels, lowest)
+    return minima, np.bincount(labels.ravel(), minlength=count + 1)[inner] / z.size
 
 
 class DilatedSurface(NamedTuple):
