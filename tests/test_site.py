@@ -13,9 +13,6 @@ import numpy as np
 import pandas
 import pytest
 import xarray as xr
-from SurfaceTopography import Topography
-from SurfaceTopography.Container.IO import write_containers
-from SurfaceTopography.Container.SurfaceContainer import InMemorySurfaceContainer
 
 import roughxr
 from roughxr import figures
@@ -89,6 +86,10 @@ RECIPES = re.findall(r"```python\n(.*?)```", HOW_TO, re.DOTALL)
 @pytest.fixture(scope="module")
 def readers_files(tmp_path_factory):
     """The files that the recipes take for a reader's own, in one folder."""
+    from SurfaceTopography import Topography
+    from SurfaceTopography.Container.IO import write_containers
+    from SurfaceTopography.Container.SurfaceContainer import InMemorySurfaceContainer
+
     folder = tmp_path_factory.mktemp("reader")
     scan = roughxr.open_sample("rough")
     part = scan.isel(x=slice(0, 64), y=slice(0, 64))

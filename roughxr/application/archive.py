@@ -314,9 +314,9 @@ def _read_group(path: Path, name: str, group: netCDF4.Group, has_checksum: bool 
     ds = xr.decode_cf(xr.backends.NetCDF4DataStore(group, lock=False))
     fields = [key for key, array in ds.data_vars.items() if _is_field(array)]
     loaded = ds.drop_vars(fields).load() if fields else ds.load()
-    checksum = _checksum(loaded.assign({key: ds.variables[key] for key in fields})) if has_checksum else ""
+    checksum = _checksum(ds) if has_checksum else ""
     lazy = {key: ds.variables[key].copy(data=_StoredField(path, name, ds[key], checksum).lazy()) for key in fields}
-    return _StoredGroup(loaded.assign(lazy), checksum)
+    return _StoredGroup(loaded.assign(lazy) if lazy else loaded, checksum)
 
 
 def _is_field(array: xr.DataArray | xr.Variable) -> bool:

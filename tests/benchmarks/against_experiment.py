@@ -42,7 +42,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from scipy.special import ndtri
-from scipy.stats import spearmanr
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
@@ -309,6 +308,8 @@ def rolling_silica(seed, cells, *, radius, rms, hurst, rolloff, shortest, work):
 
 def glass_on_silicon(seed, cells, *, least_rms, ratio, hurst, rolloff, length):
     """Return the rank correlation of force and radius of six spheres with own roughness."""
+    from scipy.stats import spearmanr  # whose import takes a second of whoever imports this file alone
+
     radii = np.geomspace(1000.0, 20_000.0, 6)
     forces = []
     for k, share in enumerate(uniform(radii.size, seed, 3000)):
