@@ -19,6 +19,9 @@ _BINS = 100
 #: Smallest number of bins in a baseline.
 _LEAST_BINS = 8
 
+#: Smallest number of bins through which a line is formed.
+_LEAST_COUNT = 4
+
 #: Other parts of the longest stretch, whose lines give the error by its choice.
 _PARTS = (0.3, 0.5, 0.8, 1.0)
 
@@ -82,10 +85,14 @@ def line_through(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
 
 def sample_noise(force: np.ndarray) -> float:
     """Return the standard deviation of white noise; at least that of rounding."""
-    spread = white_noise(force)
+    return max(white_noise(force), rounding_noise(force))
+
+
+def rounding_noise(force: np.ndarray) -> float:
+    """Return the standard deviation of rounding to the smallest step."""
     steps = np.abs(np.diff(force))
-    rounding = float(steps[steps > 1e-9 * np.ptp(force)].min(initial=np.inf)) / np.sqrt(12)
-    return max(spread, rounding if np.isfinite(rounding) else 0.0)
+    steps = steps[steps > 1e-9 * np.ptp(force)]
+    return float(steps.min()) / np.sqrt(12) if steps.size else 0.0
 
 
 def straight_baseline(z: np.ndarray, force: np.ndarray, size: int) -> tuple[Baseline, list[Baseline]]:
@@ -96,14 +103,15 @@ def straight_baseline(z: np.ndarray, force: np.ndarray, size: int) -> tuple[Base
     order = np.argsort(z, kind="stable")
     z, force = z[order], force[order]
     width = max(1, min(size // _BINS, z.size // (2 * _LEAST_BINS)))
-    bins = max(z.size // width, 4)
     mean_z, mean_force = (bin_means(values, width) for values in (z, force))
+    x = mean_z - z[0]
     variance = _variance_of_means(force, mean_force, width)
-    count = _straight(mean_z, mean_force, variance)
+    all_lines = _lines_through(x, mean_force, np.arange(_LEAST_COUNT, x.size + 1))
+    count = _straight(x, mean_force, variance, all_lines)
     # used part of the longest stretch, whose end may contain an undetected weak tension
-    parts = [int(part * count) for part in (0.65, *_PARTS)] + [n for n in _BEYOND if count < _BEYOND[0] <= bins]
-    counts = np.clip(parts, 4, bins)
-    lines = _lines_through(mean_z - z[0], mean_force, counts)
+    parts = [int(part * count) for part in (0.65, *_PARTS)] + [n for n in _BEYOND if count < _BEYOND[0] <= x.size]
+    counts = np.clip(parts, _LEAST_COUNT, x.size)
+    lines = _Lines(*(column[counts - _LEAST_COUNT] for column in all_lines))
     level_errors = np.sqrt(np.maximum(variance, lines.misfit) / counts)
     tilt_errors = level_errors / np.sqrt(lines.variance)
     line, *others = map(
@@ -132,26 +140,23 @@ def _variance_of_means(force: np.ndarray, means: np.ndarray, width: int) -> floa
     return float(max(noise_of_means**2, noise_of_samples**2 / width, rounding, 1e-300))
 
 
-def _straight(z: np.ndarray, force: np.ndarray, variance: float) -> int:
+def _straight(x: np.ndarray, force: np.ndarray, variance: float, lines: _Lines) -> int:
     """Return the number of bins from the far end that a straight line fits, without a bend."""
-    if z.size < _LEAST_BINS:
-        return z.size
-    counts = np.arange(_LEAST_BINS, z.size + 1)
-    x = (z - z[0]) / np.ptp(z)
-    lines = _lines_through(x, force, counts)
+    counts = np.arange(_LEAST_COUNT, x.size + 1)
     deviation = force[counts - 1] - lines.level - lines.tilt * (x[counts - 1] - lines.centre)
     # largest deviation of the last bin of a stretch from its line, and of its bend from 0, in standard deviations
     largest = 4.5 * np.sqrt(variance)
-    off = (np.abs(deviation) > largest) | (np.abs(_bends(x, force, counts)) > largest)
-    return int(counts[np.argmax(off)] - 1) if off.any() else z.size
+    off = (np.abs(deviation) > largest) | (np.abs(_bends(x, force, counts, lines)) > largest)
+    off &= counts >= _LEAST_BINS
+    return int(counts[np.argmax(off)] - 1) if off.any() else x.size
 
 
-def _bends(x: np.ndarray, y: np.ndarray, counts: np.ndarray) -> np.ndarray:
+def _bends(x: np.ndarray, y: np.ndarray, counts: np.ndarray, lines: _Lines) -> np.ndarray:
     """Return the last coefficient of parabolas through the first values of each count, over its error by that of y."""
-    powers = x[:, None] ** np.arange(5)
-    sums, products = (np.cumsum(column, axis=0)[counts - 1] for column in (powers, powers[:, :3] * y[:, None]))
-    inverse = np.linalg.inv(sums[:, np.add.outer(np.arange(3), np.arange(3))])
-    return (inverse[:, 2] * products).sum(axis=1) / np.sqrt(inverse[:, 2, 2])
+    squares = _lines_through(x, x**2, counts)
+    covariance = np.cumsum(x**2 * y)[counts - 1] / counts - squares.level * lines.level
+    covariance -= squares.tilt * lines.tilt * lines.variance
+    return counts * covariance / np.sqrt(np.maximum((counts - 2) * squares.misfit, 1e-300))
 
 
 def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float, *, shortest: float = 0.15) -> Baseline:
@@ -193,7 +198,7 @@ def _lines_through(x: np.ndarray, y: np.ndarray, counts: np.ndarray) -> _Lines:
     """Return the lines through the first values of each count."""
     first = y[0]
     y = y - first  # for the precision of its squares
-    sums = np.cumsum(np.stack([x, x**2, y, x * y, y**2]), axis=1)[:, counts - 1] / counts
+    sums = np.cumsum([x, x**2, y, x * y, y**2], axis=1)[:, counts - 1] / counts
     variance_x, variance_y = sums[1] - sums[0] ** 2, sums[4] - sums[2] ** 2
     positive = np.maximum(variance_x, 1e-300)
     tilt = (sums[3] - sums[0] * sums[2]) / positive
@@ -207,18 +212,17 @@ def extrapolated_level(force: np.ndarray, gap: int, noise: float) -> tuple[float
     The error is that with which the same polynomial predicts all other places of the free part, ``noise`` taken off.
     """
     width = max(1, force.size // _BINS)
-    bins = force.size // width
-    means = bin_means(force, width)[::-1]  # far first
+    means = bin_means(force, width)[::-1].copy()  # far first
     variance = noise**2 / width
     distance = (gap + (width - 1) / 2) / width
     ahead = max(1, int(np.ceil(distance)))
     best = (np.nan, np.inf)
-    for window in (size for size in _WINDOWS if 2 * size <= bins and size + ahead < bins):
+    for window in (size for size in _WINDOWS if 2 * size <= means.size and size + ahead < means.size):
         for degree in (degree for degree in _DEGREES if window >= 2 * (degree + 1)):
-            weights = prediction_weights(window, degree, ahead)
-            missed = np.correlate(means[: bins - ahead], weights) - means[window - 1 + ahead :]
-            error = max(float(missed @ missed) / missed.size - variance, variance * float(weights @ weights))
-            error *= 1 + window / (bins - ahead)  # few of the predictions are independent
+            weights = _weights_of_misses(window, degree, ahead)
+            misses = np.correlate(means, weights)
+            error = max(float(misses @ misses) / misses.size - variance, variance * (float(weights @ weights) - 1))
+            error *= 1 + window / (means.size - ahead)  # few of the predictions are independent
             if error < best[1]:
                 best = float(means[-window:] @ prediction_weights(window, degree, distance)), error
     return best[0], np.sqrt(best[1])
@@ -236,6 +240,12 @@ def prediction_weights(window: int, degree: int, ahead: float) -> np.ndarray:
     powers = np.arange(degree + 1)
     x = (np.arange(window)[:, None] - (window - 1)) / window
     return (ahead / window) ** powers @ np.linalg.pinv(x**powers)
+
+
+@lru_cache(maxsize=4096)
+def _weights_of_misses(window: int, degree: int, ahead: int) -> np.ndarray:
+    """Return the weights of equidistant values in a polynomial's value ``ahead`` of them, less the value there."""
+    return np.r_[prediction_weights(window, degree, ahead), np.zeros(ahead - 1), -1.0]
 
 
 def last_step(force: np.ndarray, noise: float) -> tuple[int, float]:

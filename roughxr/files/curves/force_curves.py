@@ -21,6 +21,7 @@ from .baselines import (
     least_error_line,
     line_through,
     median,
+    rounding_noise,
     sample_noise,
     straight_baseline,
     white_noise,
@@ -304,7 +305,7 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
     pull = retraction_pull(z, force, share)
     lowest, line = pull.lowest, pull.line
     flat = force - line.force(z)
-    heights = [rupture.height for rupture in _ruptures(force)]
+    heights = [rupture.height for rupture in _ruptures(force, white_noise(force))]
     result = _CurveResults(
         largest_rupture=max(heights, default=np.nan),
         ruptures=len(heights),
@@ -372,20 +373,15 @@ def _detection_limit(z: np.ndarray, force: np.ndarray, share: _Stretch, pull: Pu
         contact = int(before[-1] + 1) * width if before.size else 0
         rest = np.r_[:contact, pull.end : flat.size]
         z, force = z[rest], force[rest]
-
-    def detected_at(pulled: np.ndarray) -> int | None:
-        added = retraction_pull(z, pulled, share)
-        return added.lowest if added.is_measured else None
-
-    return smallest_detected_pull(force, contact, noise, detected_at)
+    return smallest_detected_pull(force, contact, noise, lambda pulled: retraction_pull(z, pulled, share))
 
 
 def _is_pressed_at_the_end(force: np.ndarray) -> bool:
     """Return whether the force rises at the last samples alone, as on an approach."""
     level = median(force)
     rise = median(force[-5:]) - level
-    # more than noise, and no tilt, which would change the first samples as much
-    return bool(rise > 20 * sample_noise(force) and abs(median(force[:5]) - level) < 0.1 * rise)
+    # no tilt, which would change the first samples as much, and more than noise
+    return abs(median(force[:5]) - level) < 0.1 * rise and rise > 20 * sample_noise(force)
 
 
 class Pull(NamedTuple):
@@ -487,25 +483,26 @@ class _FarPart(NamedTuple):
 
 def _far_part(z: np.ndarray, force: np.ndarray, share: float, recovery: float) -> _FarPart:
     """Return the far part, a share of the travel."""
-    losses = _ruptures(force)
+    noise = white_noise(force)
+    losses = _ruptures(force, noise)
     start = int(np.argmax(z <= z.min() + share * np.ptp(z)))
     after_losses = max([start, *(rupture.end for rupture in losses)])
     after_losses = after_losses if force.size - after_losses >= _LEAST_SAMPLES else start
     line, others = straight_baseline(z[after_losses:], force[after_losses:], z.size)
-    return _FarPart(start, after_losses, losses, recovery, sample_noise(force), line, others)
+    return _FarPart(start, after_losses, losses, recovery, max(noise, rounding_noise(force)), line, others)
 
 
 def _pull_at(z: np.ndarray, force: np.ndarray, lowest: int, far: _FarPart, step: Step | None = None) -> Pull:
     """Return the pull at a sample, after which the force may have a step."""
     at = z[lowest]
     straight = with_choice_error(far.line, far.others, at)
-    first = _first_free_sample(force, lowest, far.losses, far.noise) if step is None else step.first
+    first = _first_free_sample(force, lowest, far) if step is None else step.first
     first = max(first, far.start)
     significance = _BASELINE_SIGNIFICANCE
     line = straight
     is_plain = far.is_plain(z, at)
     if not is_plain and (step is not None or _has_jumped(z, force, lowest, first)):
-        line = _line_after_jump(z, force, lowest, first, straight, far.losses, far.noise)
+        line = _line_after_jump(z, force, lowest, first, straight, far)
     elif not is_plain:
         line = _line_of_tail(z, force, at, straight, far)
         # a smooth depth beyond 1 / 0.8 of the largest recovery of the force is the tilt of the line, or of a wave
@@ -548,14 +545,14 @@ def _lowest_sample(force: np.ndarray) -> tuple[int, float]:
     return lowest, recovery.max()
 
 
-def _first_free_sample(force: np.ndarray, lowest: int, losses: list[_Rupture], noise: float) -> int:
+def _first_free_sample(force: np.ndarray, lowest: int, far: _FarPart) -> int:
     """Return the first sample after the jump; the size without a jump.
 
     The jump follows the lowest force at once on a soft cantilever, later on a stiff one.
     """
-    first = _detachment_sample(force, lowest, noise)
+    first = _detachment_sample(force, lowest, far.noise)
     if first > lowest + _LONGEST_JUMP:
-        later = [rupture for rupture in losses if rupture.end > lowest]
+        later = [rupture for rupture in far.losses if rupture.end > lowest]
         first = max(later, key=lambda rupture: rupture.height).end if later else force.size
     return first
 
@@ -579,13 +576,7 @@ def _has_jumped(z: np.ndarray, force: np.ndarray, lowest: int, first: int) -> bo
 
 
 def _line_after_jump(
-    z: np.ndarray,
-    force: np.ndarray,
-    lowest: int,
-    first: int,
-    straight: Baseline,
-    losses: list[_Rupture],
-    noise: float,
+    z: np.ndarray, force: np.ndarray, lowest: int, first: int, straight: Baseline, far: _FarPart
 ) -> Baseline:
     """Return the baseline at the lowest sample by the force after the jump.
 
@@ -596,8 +587,8 @@ def _line_after_jump(
     at = z[lowest]
     tilt, offset = line_through(z[first:] - at, force[first:])
     flat = force - offset - tilt * (z - at)
-    later = [rupture for rupture in losses if rupture.end > first + _RUPTURE_SAMPLES]
-    free = _free_level(flat, lowest, first, later, straight.force(at) - offset, noise)
+    later = [rupture for rupture in far.losses if rupture.end > first + _RUPTURE_SAMPLES]
+    free = _free_level(flat, lowest, first, later, straight.force(at) - offset, far.noise)
     if not free.error < np.inf:
         return straight
     if free.beyond > first and straight.error(at) < free.error:
@@ -612,8 +603,8 @@ def _line_after_jump(
     error = np.hypot(free.error, doubt)
     length = z[first] - z[-1]
     interference = np.sqrt(6) * flat[first:].std()  # of two periods or so
-    tilt_error = np.hypot(noise * np.sqrt(12 / flat[first:].size), interference) / length
-    noise = max(noise, straight.noise)
+    tilt_error = np.hypot(far.noise * np.sqrt(12 / flat[first:].size), interference) / length
+    noise = max(far.noise, straight.noise)
     return Baseline(
         at, offset + level, tilt, error, tilt_error, z[free.beyond], straight.longest, noise, abs(half_tail)
     )
@@ -659,22 +650,21 @@ class _Rupture(NamedTuple):
     height: float  # nN
 
 
-def _ruptures(force: np.ndarray) -> list[_Rupture]:
+def _ruptures(force: np.ndarray, noise: float) -> list[_Rupture]:
     """Return the sudden rises of the force on retraction."""
     n = _RUPTURE_SAMPLES
-    noise = white_noise(force)
     sums = np.cumsum(np.append(0.0, force))
     means = (sums[n:] - sums[:-n]) / n
     rise = means[n + 1 :] - means[: -n - 1]  # over one sample, which may be from within the rupture
+    significant = rise > _RUPTURE_SIGNIFICANCE * (noise * np.sqrt(2 / n))
+    if not significant.any():
+        return []
+    spread = median(np.abs(rise - median(rise))) / 0.6745  # larger than white noise gives if correlated
     distance = 2 * n + 1
     neighbour = np.zeros(rise.size)
     neighbour[:-distance] = rise[distance:]
     neighbour[distance:] = np.maximum(neighbour[distance:], rise[:-distance])
-    spread = median(np.abs(rise - median(rise))) / 0.6745  # larger than white noise gives if correlated
-    significant = rise > _RUPTURE_SIGNIFICANCE * max(noise * np.sqrt(2 / n), spread)
-    sudden = significant & (neighbour < _STEADY * rise)
-    if not sudden.any():
-        return []
+    sudden = significant & (rise > _RUPTURE_SIGNIFICANCE * spread) & (neighbour < _STEADY * rise)
     edges = np.flatnonzero(np.diff(sudden, prepend=False, append=False))
     return [_Rupture(int(end) + n, float(rise[start:end].max())) for start, end in zip(edges[::2], edges[1::2])]
 
@@ -712,7 +702,7 @@ def _is_saturated(force: np.ndarray, at: int, far: np.ndarray) -> bool:
     equal = _longest_run(force[max(at - 200, 0) : at + 200] == force.min())
     # saturated detector: this many samples have the lowest force, and the baseline has fewer than half as many equal
     # ones
-    return equal >= max(8, 2 * (1 + _longest_run(np.diff(force[far]) == 0)))
+    return equal >= 8 and equal >= 2 * (1 + _longest_run(np.diff(force[far]) == 0))
 
 
 def _longest_run(true: np.ndarray) -> int:
@@ -740,14 +730,18 @@ def _minimum(
     first, last = _range_around(np.abs(force[:end] - force[at]) > spread * noise, at)
     steep = end == force.size and last - first < _LEAST_LOW
     best = _Minimum(np.nan, np.inf, (0, 0))
+    used = slice(0)
     for _ in range(_ROUNDS):
         first, last = max(first, ends[0]), min(last, ends[1])
         first = max(min(first, last - _LEAST_LOW), 0)
+        if used == slice(first, last):  # and so are all further parabolas
+            break
+        used = slice(first, last)
         if steep or last - first < _LEAST_LOW:
             steps = np.abs(np.diff(force[max(at - 1, 0) : min(at + 2, end)]))
             return float(force[at]), np.hypot(noise, steps.max(initial=0.0) / np.sqrt(12))
         is_detached = ends[1] == end < force.size
-        low = _parabola(time, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, detached=is_detached)
+        low = _parabola(time, force, used, (min(first, ends[0]), ends[1]), noise, detached=is_detached)
         best = low if low.error < best.error else best
         first, last = low.reach
     return best.force, best.error
@@ -796,14 +790,9 @@ def _parabola(
         row = (row + beyond) / 2 if unseen else row
         shape_error = unseen / np.sqrt(12)
     else:
-        sharp = _sharp_depth(used_height - low)
+        # a sharp minimum between two lines is lower than the parabola by 0.2 of the rise to its ends; a round minimum
+        # is not. Half of this, with an error of the whole, since one side may be steeper.
+        sharp = 0.1 * max(float(used_height[0] + used_height[-1]) / 2 - low, 0.0)
         shape_error = 2 * sharp
     error = np.hypot(noise * np.sqrt(row @ covariance @ row), shape_error)
     return _Minimum(float(row @ coefficients) - sharp, error, (ends[0] + first, ends[0] + last))
-
-
-def _sharp_depth(heights: np.ndarray) -> float:
-    """Return how much lower than a parabola through samples their minimum is likely to be, with twice that as error."""
-    # a sharp minimum between two lines is lower than the parabola by 0.2 of the rise to its ends; a round minimum is
-    # not. Half of this, with an error of the whole, since one side may be steeper.
-    return 0.1 * max(float(heights[0] + heights[-1]) / 2, 0.0)

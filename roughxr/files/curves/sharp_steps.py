@@ -11,12 +11,11 @@ jump, are added at several places of the free part, and their size is bisected.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from .baselines import bin_means, median, prediction_weights
 
@@ -73,25 +72,23 @@ class Step(NamedTuple):
 class _Heights(NamedTuple):
     """The heights of steps between bins, far first, by the predictor whose error is least."""
 
-    heights: np.ndarray  # nN
+    values: np.ndarray  # nN
     error: float
-    is_step: np.ndarray  # whether the shape is that of a step
-    levels: np.ndarray  # of the force after the steps, extrapolated to them, nN
-    ends: np.ndarray  # first samples after the steps
+    means: np.ndarray  # of the bins, far first, nN
+    window: int  # bins of the predictor
+    degree: int  # of its polynomial
 
 
 def sharpest_step(force: np.ndarray, noise: float) -> Step | None:
     """Return the most significant step of a retraction, None if none is significant."""
     steps = []
-    for heights, error, is_step, levels, ends in _heights_of_all_widths(force, noise):
-        rises = np.where(is_step, heights, -np.inf)
-        highest = int(np.argmax(rises))
-        height = float(rises[highest])
-        rises[max(highest - _LENGTH, 0) : highest + _LENGTH + 1] = 0.0
-        step = Step(int(ends[highest]), height, error, float(levels[highest]), float(rises.max()))
-        if step.height > step.threshold:
-            steps.append(step)
-    return max(steps, key=lambda step: step.significance, default=None)
+    width = 1  # samples of a bin
+    while (heights := _heights_of_width(force, noise, width)) is not None:
+        if heights.values.max() > _SIGNIFICANCE * heights.error:
+            steps.append(_highest_step(heights, force.size, width))
+        width *= 2
+    significant = (step for step in steps if step.height > step.threshold)
+    return max(significant, key=lambda step: step.significance, default=None)
 
 
 def contact_end(force: np.ndarray) -> int:
@@ -102,95 +99,97 @@ def contact_end(force: np.ndarray) -> int:
     return int(above[-1] + 1) * width if above.size else 0
 
 
-def _heights_of_all_widths(force: np.ndarray, noise: float) -> Iterator[_Heights]:
-    """Yield the heights of steps between bins of 1, 2, 4 … samples."""
-    width = 1
-    while (heights := _heights_of_width(force, noise, width)) is not None:
-        yield heights
-        width *= 2
-
-
 def _heights_of_width(force: np.ndarray, noise: float, width: int) -> _Heights | None:
     """Return the heights of steps between bins of so many samples, None if the far part is too short."""
-    means = bin_means(force[force.size % width :], width)[::-1]  # far first
+    means = bin_means(force[force.size % width :], width)[::-1].copy()
+    feet = np.correlate(means, np.full(_FOOT, 1 / _FOOT))
     best = None
     for window, degree in _PREDICTORS:
         span = window + _GAP + _FOOT
         if _FAR * means.size < _LEAST_LENGTHS * span:
             continue
-        after = sliding_window_view(means, window)[: means.size - span + 1]
-        foot = sliding_window_view(means, _FOOT)[window + _GAP :]
         weights = prediction_weights(window, degree, _GAP + (_FOOT + 1) / 2)
-        heights = after @ weights - foot.mean(axis=1)
-        far = slice(int(_FAR * heights.size))
+        heights = np.correlate(means[: -_GAP - _FOOT], weights) - feet[window + _GAP :]
+        far = heights[: int(_FAR * heights.size)]
         white = noise * np.sqrt((float(weights @ weights) + 1 / _FOOT) / width)
-        error = max(1.4826 * median(np.abs(heights[far])), -float(heights[far].min()) / _EXTREME, white)
+        error = max(1.4826 * median(np.abs(far)), -float(far.min()) / _EXTREME, white)
         if best is None or error < best.error:
-            levels = after @ prediction_weights(window, degree, (_GAP + 1) / 2)
-            is_step = _is_step(after, foot, levels, heights, degree, far)
-            ends = force.size - (window + np.arange(heights.size)) * width
-            best = _Heights(heights, error, is_step, levels, ends)
+            best = _Heights(heights, error, means, window, degree)
     return best
 
 
-def _is_step(
-    after: np.ndarray, foot: np.ndarray, levels: np.ndarray, heights: np.ndarray, degree: int, far: slice
-) -> np.ndarray:
+def _highest_step(heights: _Heights, size: int, width: int) -> Step:
+    """Return the highest of the steps between bins of ``width`` samples, of ``size`` samples."""
+    window = heights.window
+    levels = np.correlate(heights.means[: -_GAP - _FOOT], prediction_weights(window, heights.degree, (_GAP + 1) / 2))
+    rises = np.where(_is_step(heights, levels), heights.values, -np.inf)
+    highest = int(np.argmax(rises))
+    height = float(rises[highest])
+    rises[max(highest - _LENGTH, 0) : highest + _LENGTH + 1] = 0.0
+    end = size - (window + highest) * width
+    return Step(end, height, heights.error, float(levels[highest]), float(rises.max()))
+
+
+def _is_step(heights: _Heights, levels: np.ndarray) -> np.ndarray:
     """Return where the force has the shape of a step: sudden, upwards, and as smooth after it as the far part."""
-    sudden = levels - foot[:, ::-1] @ prediction_weights(_FOOT, 1, (_GAP + 1) / 2)  # in the middle of the gap
-    misfit = ((after @ _residuals(after.shape[1], degree)) ** 2).sum(axis=1)
-    is_lower = foot.mean(axis=1) < after[:, -_FOOT:].mean(axis=1)  # not so at the end of a contact, which curves, too
-    return is_lower & (sudden > _SUDDEN * heights) & (misfit <= misfit[far].max())
+    values, _, means, window, degree = heights
+    feet = np.correlate(means, np.full(_FOOT, 1 / _FOOT))
+    # not so at the end of a contact, which curves, too
+    is_lower = feet[window + _GAP :] < feet[window - _FOOT : -_GAP - _FOOT]
+    # in the middle of the gap
+    before = np.correlate(means, prediction_weights(_FOOT, 1, (_GAP + 1) / 2)[::-1])
+    sudden = levels - before[window + _GAP :]
+    misfits = _misfits(means[: -_GAP - _FOOT], window, degree)
+    return is_lower & (sudden > _SUDDEN * values) & (misfits <= misfits[: int(_FAR * values.size)].max())
+
+
+def _misfits(values: np.ndarray, window: int, degree: int) -> np.ndarray:
+    """Return the sums of squares of all so many successive values about their polynomials of least squares."""
+    values = values - values[0]  # for the precision of their squares
+    misfits = np.correlate(values**2, np.ones(window))
+    for polynomial in _orthonormal_polynomials(window, degree):
+        misfits -= np.correlate(values, polynomial) ** 2
+    return misfits
 
 
 @lru_cache(maxsize=64)
-def _residuals(window: int, degree: int) -> np.ndarray:
-    """Return the matrix that takes a polynomial of least squares off equidistant values."""
+def _orthonormal_polynomials(window: int, degree: int) -> np.ndarray:
+    """Return polynomials of degrees 0, 1 … over equidistant values, as rows."""
     powers = np.linspace(-1, 1, window)[:, None] ** np.arange(degree + 1)
-    return np.eye(window) - powers @ np.linalg.pinv(powers)
+    return np.ascontiguousarray(np.linalg.qr(powers)[0].T)
 
 
 def smallest_detected_pull(
-    force: np.ndarray, contact: int, noise: float, detected_at: Callable[[np.ndarray], int | None]
+    force: np.ndarray, contact: int, noise: float, pull_in: Callable[[np.ndarray], Any]
 ) -> float:
     """Return the size (nN) of the smallest pulls that are detected at all places where they are added to a curve.
 
-    The free part begins at sample ``contact``. ``detected_at`` returns the sample at which a pull is detected.
+    The free part begins at sample ``contact``. ``pull_in`` returns the pull of a curve.
     """
-    largest = float(np.ptp(force))
+    level = force[contact : contact + 10].mean()  # just after the contact
+
+    def contact_samples(size: float) -> int:
+        """Return the number of samples in which the force in contact falls from twice a size to the size."""
+        twice, once = (np.flatnonzero(force[:contact] > level + times * size) for times in (2, 1))
+        return max(int(once[-1] - twice[-1]), 1) if twice.size else max(contact, 1)
+
+    def is_detected(foot: int, size: float) -> bool:
+        """Return whether a pull of a size that ends before sample ``foot`` is detected there."""
+        visible = max(size, 5 * noise)  # in the noise
+        length = max(round(contact_samples(visible) * size / visible), 1)
+        growth = (np.arange(length) + 0.5) / length  # the jump lies between two samples
+        pulled = force.copy()
+        pulled[max(foot - length, 0) : foot] -= size * growth[-foot:]
+        pull = pull_in(pulled)
+        return pull.is_measured and abs(foot - pull.lowest) <= max(length, force.size // 100)
+
     limit = noise
     for foot in contact + (_PLACES * (force.size - contact)).astype(int):
-        if _is_detected(force, contact, noise, foot, limit, detected_at):
+        if is_detected(foot, limit):
             continue
         low = limit
-        limit = largest
+        limit = float(np.ptp(force))
         while limit > _RESOLUTION * low:
             middle = np.sqrt(low * limit)
-            detected = _is_detected(force, contact, noise, foot, middle, detected_at)
-            low, limit = (low, middle) if detected else (middle, limit)
+            low, limit = (low, middle) if is_detected(foot, middle) else (middle, limit)
     return limit
-
-
-def _is_detected(
-    force: np.ndarray,
-    contact: int,
-    noise: float,
-    foot: int,
-    size: float,
-    detected_at: Callable[[np.ndarray], int | None],
-) -> bool:
-    """Return whether a pull of a size that ends before sample ``foot`` is detected there."""
-    visible = max(size, 5 * noise)  # in the noise
-    length = max(round(_contact_samples(force, contact, visible) * size / visible), 1)
-    growth = (np.arange(length) + 0.5) / length  # the jump lies between two samples
-    pulled = force.copy()
-    pulled[max(foot - length, 0) : foot] -= size * growth[-foot:]
-    at = detected_at(pulled)
-    return at is not None and abs(foot - at) <= max(length, force.size // 100)
-
-
-def _contact_samples(force: np.ndarray, contact: int, size: float) -> int:
-    """Return the number of samples in which the force in contact falls from twice a size to the size."""
-    level = force[contact : contact + 10].mean()  # just after the contact
-    twice, once = (np.flatnonzero(force[:contact] > level + times * size) for times in (2, 1))
-    return max(int(once[-1] - twice[-1]), 1) if twice.size else max(contact, 1)
