@@ -64,7 +64,7 @@ def ratios_by_second_scans():
 
 @pytest.fixture
 def solved_once(ratios_by_second_scans, monkeypatch):
-    """Solve each second scan once for all tests, on equal cells."""
+    """Solve each second scan once for all tests, at six places, on equal cells."""
     solve = extrapolation.second_scan_ratio
 
     def stored_ratio(second, law):
@@ -73,6 +73,7 @@ def solved_once(ratios_by_second_scans, monkeypatch):
             ratios_by_second_scans[key] = solve(second, law)
         return ratios_by_second_scans[key]
 
+    monkeypatch.setattr(extrapolation, "_SECOND_PLACES", (3, 2))
     monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_2_nm)
     monkeypatch.setattr(extrapolation, "second_scan_ratio", stored_ratio)
 
@@ -95,7 +96,7 @@ def scanned(scan):
 
 @pytest.fixture(scope="module")
 def truth(true_surface):
-    return true_surface.contact.assign_pair(**PAIR).contact.adhesive(subregions=(3, 3), mesh=2)
+    return on_cells_of_2_nm(true_surface.contact.assign_pair(**PAIR), subregions=(3, 3))
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +116,8 @@ def real(scan):
     return roughxr.extrapolated(scan, **QUICK)
 
 
-def test_with_nothing_unseen_it_is_the_pull_off_as_scanned(scan, scanned):
+def test_with_nothing_unseen_it_is_the_pull_off_as_scanned(scan, scanned, monkeypatch):
+    monkeypatch.setattr(extrapolation, "budget_of", lambda *_, **__: None)
     resolved = roughxr.extrapolated(scan, shortest=2 * 8, **QUICK)
     np.testing.assert_allclose(resolved.pull_off_force, scanned.pull_off_force, rtol=1e-9)
     assert float(resolved.roughness_factor) == 1 and float(resolved.relative_std.sel(entry=UNSEEN)) == 0
@@ -180,6 +182,7 @@ def test_an_assigned_work_without_a_range_has_a_range_known_to_a_factor_of_two(s
 def test_a_second_scan_that_shows_no_finer_roughness_changes_nothing(true_surface, monkeypatch):
     """Without wavelengths below two pixels of the first scan, both sides of the ratio are one surface."""
     monkeypatch.setattr(extrapolation, "_SECOND_PLACES", (2, 1))
+    monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_2_nm)
     smooth = roughxr.scans.smooth(true_surface, shortest=40).isel(x=slice(160), y=slice(160))
     first = image(roughxr.scans.smooth(true_surface, shortest=40), 4, tip=0.1).contact.assign_pair(**PAIR)
     with pytest.warns(UserWarning, match="it shows no more than the first scan"):
@@ -243,7 +246,7 @@ def test_a_worse_scan_is_never_narrower(true_surface, fine, monkeypatch):
 
     def widths(surface):
         paired = surface.contact.assign_pair(**PAIR)
-        solved = on_cells_of_2_nm(paired, subregions=(3, 3))
+        solved = roughxr.adhesive(paired, subregions=(3, 3), mesh=round(roughxr.schema.pixel(surface)[0] / 4))
         alone, with_second = (real_pull_off(paired, solved, None, finer=second) for second in (None, fine))
         return np.array([width(alone), width(alone, "roughness"), width(with_second, "roughness")])
 
@@ -273,21 +276,18 @@ def test_a_worse_second_scan_is_never_narrower(true_surface, scan, scanned, fine
         assert (widths(surface) >= usual * (1 - 1e-9)).all(), name
 
 
-def test_a_second_scan_by_the_shell_is_as_wide_as_promised(scan, fine, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_2_nm)
-    monkeypatch.setattr(extrapolation, "_SECOND_PLACES", (2, 1))
+def test_a_second_scan_by_the_shell_is_as_wide_as_promised(scan, fine, solved_once, tmp_path, capsys, monkeypatch):
     needed = ("asperities", "adhesive", "extrapolated")
     monkeypatch.setattr(analysis, "PARTS", [part for part in parts.PARTS if part.name in needed])
     scan.drop_vars(set(scan.coords) - {"x", "y"}).to_netcdf(tmp_path / "scan.nc")
     fine.to_netcdf(tmp_path / "fine.nc")
-    command = ["run", str(tmp_path / "scan.nc"), "--sphere-radius", "300", "--materials", "glass", "-q"]
+    command = ["run", str(tmp_path / "scan.nc"), "--finer", str(tmp_path / "fine.nc"), "-o", str(tmp_path / "run.nc")]
+    command += ["--sphere-radius", "300", "--materials", "glass", "-q"]
     command += ["--subregions", "3", "3", "--mesh", "2", "--budget", "0"]  # for speed: the scan's errors stay the same
-    estimates = []
-    for number, finer in enumerate(([], ["--finer", str(tmp_path / "fine.nc")])):
-        file = tmp_path / f"run{number}.nc"
-        assert main([*command, *finer, "-o", str(file)]) == 0
-        estimates.append(roughxr.archive.load(file)["statistics/extrapolated"])
-    alone, with_second = estimates
+    assert main(command) == 0
+    groups = roughxr.archive.load(tmp_path / "run.nc")
+    alone = real_pull_off(groups["scan"], groups["solutions/adhesive"], None)  # as a run without --finer
+    with_second = groups["statistics/extrapolated"]
     assert alone.attrs["narrowing_source"] == UNSEEN
     assert width(with_second) == pytest.approx(width(alone, "narrowed"), rel=0.1)
     low, high = (f"{float(with_second[f'pull_off_{end}']):.2g}" for end in ("low", "high"))
@@ -366,8 +366,8 @@ def test_measured_forces_of_one_probe_predict_a_smaller_sphere_of_another_materi
     measured = roughxr.compare(scanned, truth, statistics=["mean"])
     other = {"sphere_radius": 150, "materials": "polystyrene"}
     fine, coarse = (
-        surface.contact.assign_pair(**other).contact.adhesive(subregions=(3, 3), mesh=2)
-        for surface in (true_surface, scan)
+        surface.contact.assign_pair(**other).contact.adhesive(subregions=(3, 3), mesh=mesh)
+        for surface, mesh in ((true_surface, 1), (scan, 2))
     )
     expected = float(fine.pull_off_force.mean())
     calibrated = real_pull_off(scan.contact.assign_pair(**other), coarse, None, measured=measured, shortest=6)
