@@ -15,8 +15,7 @@ their tail either: the log-normal interval is then included.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -164,29 +163,61 @@ def bootstrap(
     >>> bool(mean.low < 15 < mean.high), mean.estimate.units
     (True, 'nm')
     """
-    others = other_dimensions(ds, name)
-    if others:
-        options: dict[str, Any] = {"statistics": statistics, "confidence": confidence, "resamples": resamples}
-        return _bootstrap_along(
-            partial(bootstrap, name=name, seed=seed, fewest=fewest, **options), ds, within, others[0]
-        )
-    sample = samples(ds, name)
     resampling = _read_resampling(confidence, resamples, seed)
-    confidence = resampling.confidence
     labels = _labels(statistics)
+    others = other_dimensions(ds, name)
+    shape = [ds.sizes[dim] for dim in others]
+    entries = []
+    for index in np.ndindex(*shape):
+        entry = dict(zip(others, index))
+        surface = None if within is None else within.isel(entry, missing_dims="ignore")
+        entries.append(_statistics_of_entry(ds.isel(entry), surface, name, labels, resampling, fewest))
+    missing = [np.nan] * len(labels)
+    rows = dict.fromkeys(row for entry in entries for row in entry.rows)
+    variables = {row: [entry.rows.get(row, missing) for entry in entries] for row in rows}
+    out = xr.Dataset(
+        {row: ((*others, "statistic"), np.reshape(values, (*shape, -1))) for row, values in variables.items()},
+        {"statistic": labels},
+        _common_attributes([entry.attrs for entry in entries]),
+    )
+    counts = np.reshape([entry.independent_places for entry in entries], shape)
+    out = schema.label(_named_ends(out, ds[name]).assign(independent_places=(others, counts)))
+    return out.assign_coords({dim: ds[dim].variable for dim in others})
+
+
+class _Entry(NamedTuple):
+    """Statistics of samples, such as those of one entry of a varied parameter."""
+
+    rows: dict[str, Any]  # estimates and ends, each along the statistics
+    independent_places: float
+    attrs: dict[str, Any]
+
+
+def _statistics_of_entry(
+    ds: xr.Dataset, within: xr.Dataset | None, name: str, labels: list[str], resampling: Resampling, fewest: float
+) -> _Entry:
+    """Return statistics of a variable along its samples alone."""
+    sample = samples(ds, name)
+    confidence = resampling.confidence
     count = _independent(sample, None if within is None else samples(within, name))
     attrs = {"variable": name, "confidence": confidence, "samples": sample.values.size, "missing": sample.missing}
     rows, law = _estimates(sample, count, labels, confidence)
-    ends = _ends(ds, name, sample, count, labels, resampling)
-    rows |= dict(zip(("low", "high"), ends))
+    rows |= dict(zip(("low", "high"), _ends(ds, name, sample, count, labels, resampling)))
     if sample.places is not None and count < fewest:
         rows = {row: values if row == "estimate" else np.full(len(labels), np.nan) for row, values in rows.items()}
         attrs["no_interval"] = _TOO_FEW.format(format_number(count, digits=2), sample.values.size)
-    out = xr.Dataset({row: ("statistic", values) for row, values in rows.items()}, {"statistic": labels}, attrs | law)
-    out = _named_ends(out, ds[name]).assign(independent_places=count)
+    attrs |= law
     if sample_dimension(map_samples(ds, name), name) == "subregion" and "debris_share" not in ds.coords:
-        out.attrs["missed_share"] = missed_share(count, 1 - confidence)
-    return schema.label(out)
+        attrs["missed_share"] = missed_share(count, 1 - confidence)
+    return _Entry(rows, count, attrs)
+
+
+def _common_attributes(attributes: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return attributes without those of which two entries have different values."""
+    merged = {name: value for attrs in attributes for name, value in attrs.items()}
+    return {
+        name: value for name, value in merged.items() if all(attrs.get(name, value) == value for attrs in attributes)
+    }
 
 
 def _read_resampling(confidence: Any, resamples: int, seed: int) -> Resampling:
@@ -241,19 +272,6 @@ def _estimates(sample: Samples, count: float, labels: list[str], confidence: flo
 def missed_share(independent: float, risk: float = 0.05) -> float:
     """Return the share of the surface with debris that so many independent places may miss with a probability."""
     return 1 - risk ** (1 / independent)
-
-
-def _bootstrap_along(
-    solve: Callable[..., xr.Dataset], ds: xr.Dataset, within: xr.Dataset | None, dim: str
-) -> xr.Dataset:
-    """Return `bootstrap` at each entry of a second dimension."""
-    parts = []
-    for k in range(ds.sizes[dim]):
-        surface = None if within is None else within.isel({dim: k}, missing_dims="ignore")
-        parts.append(solve(ds.isel({dim: k}), within=surface))
-    if len(parts) == 1:
-        return parts[0].expand_dims(dim).assign_coords({dim: ds[dim].variable})
-    return xr.concat(parts, dim=ds[dim], combine_attrs="drop_conflicts")
 
 
 def _estimate(label: str, values: np.ndarray, weights: np.ndarray | None) -> Any:
