@@ -42,10 +42,10 @@ def test_the_share_of_fine_roughness_is_zero_where_there_is_none(monkeypatch):
 def test_equally_rough_surfaces_are_told_apart_by_their_own_rms_alone():
     surface = {"pixel": 1.0, "hurst": 0.7, "rolloff": 50.0, "cutoff": 4.0}
     bodies = {"contact_modulus": 200.0, "work_of_adhesion": 0.1, "adhesion_range": 0.3, "hardness": 20.0}
-    how = {"own_rms": 0.0, "radius": 1000.0, "surface": surface, "bodies": bodies}
-    assert against.divided(1, 128, (1.0, 1.0), **{**how, "radius": 200.0}) == (1.0,)
-    (falls,) = against.divided(1, 256, (0.01, 1.0), **how)
-    (hidden,) = against.divided(1, 256, (0.01, 1.0), **{**how, "own_rms": 5.0})
+    how = {"own_rms": 0.0, "radius": 500.0, "surface": surface, "bodies": bodies}
+    assert against.divided(1, 64, (1.0, 1.0), **{**how, "radius": 200.0}) == (1.0,)
+    (falls,) = against.divided(1, 96, (0.01, 1.0), **how)
+    (hidden,) = against.divided(1, 192, (0.01, 1.0), **{**how, "own_rms": 5.0})
     assert falls > 3 and hidden == pytest.approx(1, abs=0.2)
 
 
