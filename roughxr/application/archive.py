@@ -313,10 +313,13 @@ def _read_group(path: Path, name: str, group: netCDF4.Group, has_checksum: bool 
     """Return a group of an open file, with the checksum of what it contains; without one in files of other programs."""
     ds = xr.decode_cf(xr.backends.NetCDF4DataStore(group, lock=False))
     fields = [key for key, array in ds.data_vars.items() if _is_field(array)]
-    loaded = ds.drop_vars(fields).load() if fields else ds.load()
+    for key in ds.variables.keys() - set(fields):
+        ds.variables[key].load()
     checksum = _checksum(ds) if has_checksum else ""
-    lazy = {key: ds.variables[key].copy(data=_StoredField(path, name, ds[key], checksum).lazy()) for key in fields}
-    return _StoredGroup(loaded.assign(lazy) if lazy else loaded, checksum)
+    for key in fields:
+        ds.variables[key].data = _StoredField(path, name, ds[key], checksum).lazy()
+    ds.set_close(None)  # the file is closed by others
+    return _StoredGroup(ds, checksum)
 
 
 def _is_field(array: xr.DataArray | xr.Variable) -> bool:
