@@ -13,11 +13,12 @@ from ..mechanics.particles.adhesion_parameters import parameters
 from ..mechanics.statistics import cdf, reduction, smooth_pull_off
 from ..mechanics.statistics.sampling import (
     SHARE,
+    deviation_of_places,
+    mean_of_places,
     place_numbers,
+    quantile_of_places,
     refuse_several,
     shares,
-    standard_deviation,
-    weighted_by_landing_share,
 )
 from ..mechanics.vocabulary import schema
 from ..mechanics.vocabulary.refusal import Refusal
@@ -143,8 +144,8 @@ def _adhesion_values(ds: xr.Dataset, force: xr.DataArray) -> dict[str, Any]:
     return {
         **_place_values(ds),
         "radius": float(ds["sphere_radius"]) * _METRE,
-        "mean_force": weighted_by_landing_share(force).mean(),
-        "deviation": standard_deviation(force),
+        "mean_force": mean_of_places(force),
+        "deviation": deviation_of_places(force),
         "smooth_force": smooth_pull_off(ds) * _NEWTON,
         "adhesion_mean": law["adhesion_mean"],
         "adhesion_spread": law["adhesion_spread"],
@@ -171,7 +172,7 @@ def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> 
         "poisson_ratio": poisson_ratio,
     }
     if "lever" in ds:  # coefficient of rolling friction, from the lever arm at rest
-        lever_ratio = weighted_by_landing_share(ds["lever"] / ds["sphere_radius"]).quantile(0.5)
+        lever_ratio = quantile_of_places(ds["lever"] / ds["sphere_radius"], 0.5)
         values["friction_coefficient"] = 0.5 * float(lever_ratio)
     types = []
     for number, force in enumerate(forces, 1):
@@ -207,8 +208,8 @@ def _liggghts_lines(
     values = {
         "radius": radius,
         "contact_modulus": modulus,
-        "mean_energy": weighted_by_landing_share(energy).mean(),
-        "energy_deviation": standard_deviation(energy),
+        "mean_energy": mean_of_places(energy),
+        "energy_deviation": deviation_of_places(energy),
         "share": 1 / len(means),
     }
     types = []

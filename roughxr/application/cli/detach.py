@@ -23,7 +23,7 @@ from ...mechanics.particles.force_balance import (
     strength_of_places,
 )
 from ...mechanics.particles.loads import read_flow
-from ...mechanics.statistics.sampling import SHARE, first_surface_of_each_place, weighted_by_landing_share
+from ...mechanics.statistics.sampling import SHARE, first_surface_of_each_place, quantile_of_places
 from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.schema import is_humid
@@ -191,7 +191,7 @@ def _strength_values(critical: xr.Dataset) -> dict[str, Any]:
     if not bool((strengths > 0).any()):
         return values
     # over particles, where places hold shares of them, else over places
-    quantiles = weighted_by_landing_share(strengths).quantile([0.05, 0.95]).values
+    quantiles = quantile_of_places(strengths, [0.05, 0.95])
     least, largest = (format_number(float(f"{value:.3g}"), units) for value in quantiles)
     detaching = int(strengths.notnull().sum())
     if strength.name == "critical_friction_velocity":

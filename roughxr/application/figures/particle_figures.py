@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...mechanics.particles.force_balance import NO_CONTACT, fluid_of, strength_of_places
-from ...mechanics.statistics.sampling import shares, weighted_by_landing_share
+from ...mechanics.statistics.sampling import mean_of_places, shares
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.numbers import prefixed
 from ...mechanics.vocabulary.refusal import Refusal
@@ -98,7 +98,7 @@ def removed_share(criticals: Mapping[str, xr.Dataset], *, ax: Axes | None = None
         strength = strength_of_places(critical)
         is_flow = strength.name == "critical_friction_velocity"
         load = fluid_of(critical).density * strength**2 if is_flow else strength
-        in_contact = weighted_by_landing_share((critical["mode"] != NO_CONTACT).astype(float)).mean()
+        in_contact = mean_of_places((critical["mode"] != NO_CONTACT).astype(float))
         moved = load.dropna("subregion").sortby(load.dropna("subregion"))
         weights = shares(moved)
         removed = (weights.cumsum() / shares(load).sum() / in_contact).values

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from ...mechanics.statistics.sampling import at_first_preload, weighted_by_landing_share
+from ...mechanics.statistics.sampling import at_first_preload, mean_of_places
 from ...mechanics.vocabulary.numbers import format_number
 from ...mechanics.vocabulary.refusal import Refusal
 from ..headline import best_estimate
@@ -78,7 +78,7 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
     means = {}
     for name, ds in samples.items():
         force = at_first_preload(ds["pull_off_force"])
-        means[f"{_METHODS[name]} ({int(force.notnull().sum())})"] = weighted_by_landing_share(force).mean()
+        means[f"{_METHODS[name]} ({int(force.notnull().sum())})"] = mean_of_places(force)
     if (estimate := best_estimate(run)) is not None:
         _draw_estimate(ax, *estimate, unit, size)
     if np.isfinite(ax.dataLim.y1):

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...mechanics.particles import resuspension
 from ...mechanics.particles.force_balance import fluid_of, strength_of_places
-from ...mechanics.statistics.sampling import weighted_by_landing_share
+from ...mechanics.statistics.sampling import mean_of_places, quantile_of_places
 from ...mechanics.vocabulary.refusal import Refusal
 from ..wording import render_sentences
 from .run_numbers import STABLE_CONTACTS, run_moments, unstable
@@ -27,14 +27,14 @@ def detachment_notes(run: Run) -> list[str]:
     moments = run["solutions/rolling"]
     speed = strength_of_places(critical)
     fluid = fluid_of(critical)
-    stress = fluid.density * float(weighted_by_landing_share(speed).quantile(0.5)) ** 2
+    stress = fluid.density * float(quantile_of_places(speed, 0.5)) ** 2
     values = {
         "fluid": fluid_in_words(fluid),
         "at_rest": RESTS in run,
         "wall_shear_stress": stress if stress > 0 else None,
         "places_out": int(((speed > 0) & ~critical["in_range"].astype(bool)).sum()),
         "number_of_places": speed.size,
-        "stable": weighted_by_landing_share(moments["contacts"] >= STABLE_CONTACTS).mean(),
+        "stable": mean_of_places(moments["contacts"] >= STABLE_CONTACTS),
         "places_unstable": int(unstable(moments).sum()),
     }
     return render_sentences("notes.toml", ["flow", "range_of_drag", "rest"], values)

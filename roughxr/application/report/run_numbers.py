@@ -19,9 +19,10 @@ from ...mechanics.statistics import smooth_pull_off
 from ...mechanics.statistics.means import scalar_values
 from ...mechanics.statistics.sampling import (
     at_first_preload,
+    deviation_of_places,
     has_debris_flags,
-    standard_deviation,
-    weighted_by_landing_share,
+    mean_of_places,
+    quantile_of_places,
 )
 from ...mechanics.vocabulary.numbers import format_number, prefixed
 from ..figures.values import FORMULAS
@@ -103,7 +104,7 @@ def _by_method(run: Run) -> Iterator[Number]:
     largest = max((float(ds["pull_off_force"].mean().fillna(0)) for ds in groups.values()), default=0.0)
     for method, ds in groups.items():
         force = ds["pull_off_force"]
-        mean = float(weighted_by_landing_share(force).mean())
+        mean = mean_of_places(force)
         smooth = smooth_pull_off(run[f"solutions/{method}"])
         origin = ds.attrs.get("datum", "highest_peak")
         values = {
@@ -112,7 +113,7 @@ def _by_method(run: Run) -> Iterator[Number]:
             "std": _spread(force),
             "largest": force.max(),
             "ratio": mean / smooth if smooth > 0 else np.nan,
-            f"{origin}_mean": weighted_by_landing_share(ds["pull_off_delta"]).mean(),
+            f"{origin}_mean": mean_of_places(ds["pull_off_delta"]),
             f"{origin}_std": _spread(ds["pull_off_delta"]),
             "adhering": force.notnull().sum(),
         }
@@ -123,7 +124,7 @@ def _spread(values: xr.DataArray) -> float:
     """Return the standard deviation (n − 1) of the finite values, NaN for fewer than two."""
     if int(values.notnull().sum()) < 2:
         return np.nan
-    return float(standard_deviation(values))
+    return deviation_of_places(values)
 
 
 def _forces(run: Run) -> Iterator[Number]:
@@ -159,12 +160,12 @@ def _detachment(run: Run) -> Iterator[Number]:
         critical = run[group]
         moments = run_moments(run, method)
         median, low, high = critical_strength(critical)
-        tails = weighted_by_landing_share(strength_of_places(critical)).quantile([0.05, 0.95]).values
+        tails = quantile_of_places(strength_of_places(critical), [0.05, 0.95])
         shares = {mode: critical["mode"] == mode for mode in _MODES}
         shares |= {"in_range": critical["in_range"], "unstable": unstable(moments)}
         values = {
-            "moment": weighted_by_landing_share(moments["resisting_moment"]).quantile(0.5),
-            "lever": weighted_by_landing_share(moments["lever"]).quantile(0.5),
+            "moment": quantile_of_places(moments["resisting_moment"], 0.5),
+            "lever": quantile_of_places(moments["lever"], 0.5),
             "lever_error": _median_percent(moments, "lever_error"),
             "q5": tails[0],
             "q50": (median, low, high),
@@ -172,10 +173,7 @@ def _detachment(run: Run) -> Iterator[Number]:
             "error": _median_percent(critical, "critical_load_error"),
             "low": low,
             "high": high,
-            **{
-                name: round(100 * float(weighted_by_landing_share(flags.astype(float)).mean()))
-                for name, flags in shares.items()
-            },
+            **{name: round(100 * mean_of_places(flags.astype(float))) for name, flags in shares.items()},
         }
         yield from _rows("detachment", values, source=method)
 
@@ -202,7 +200,7 @@ def run_moments(run: Run, method: str | None = None) -> xr.Dataset:
 def _median_percent(ds: xr.Dataset, name: str) -> float:
     if name not in ds or not bool(ds[name].notnull().any()):  # such as where the sphere rolls off by itself
         return np.nan
-    return 100 * float(weighted_by_landing_share(ds[name]).quantile(0.5))
+    return 100 * float(quantile_of_places(ds[name], 0.5))
 
 
 def unstable(moments: xr.Dataset) -> xr.DataArray:

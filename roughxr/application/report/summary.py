@@ -17,7 +17,7 @@ from ...mechanics.particles.removal import strength_quantile
 from ...mechanics.scans.plausibility import is_noise
 from ...mechanics.scans.regions import sides
 from ...mechanics.statistics.means import mean_pull_off, with_units
-from ...mechanics.statistics.sampling import place_numbers, place_order, weighted_by_landing_share
+from ...mechanics.statistics.sampling import place_numbers, place_order, quantile_of_places
 from ...mechanics.vocabulary import schema
 from ...mechanics.vocabulary.error_sources import HALF_WIDTH
 from ...mechanics.vocabulary.text import printable
@@ -140,7 +140,7 @@ def _flow(run: Run) -> dict[str, float]:
     density = fluid_of(critical).density
     stress = {key.replace(name, "wall_shear_stress"): density * value**2 for key, value in flow.items()}
     contacts = run["solutions/rolling"]["contacts"]
-    return flow | stress | {"supports": float(weighted_by_landing_share(contacts).quantile(0.5))}
+    return flow | stress | {"supports": float(quantile_of_places(contacts, 0.5))}
 
 
 def _scan_values(run: Run, out: xr.Dataset) -> dict[str, float]:

@@ -11,7 +11,7 @@ import xarray as xr
 from ...mechanics.bodies.pair_record import read_pair
 from ...mechanics.contact import reference
 from ...mechanics.statistics import smooth_pull_off
-from ...mechanics.statistics.sampling import weighted_by_landing_share
+from ...mechanics.statistics.sampling import mean_of_places
 from ...mechanics.vocabulary.adhesion_laws import HERTZ
 from .. import report
 from ..wording import render_sentence
@@ -121,7 +121,7 @@ def _pull_off_rows(run: Run, method: str) -> dict[str, float]:
     return {
         "pull-off, smooth sphere [µN]": smooth,
         "pull-off, mean [µN]": mean,
-        "pull-off, mean, debris by area [µN]": float(weighted_by_landing_share(force).mean()),
+        "pull-off, mean, debris by area [µN]": mean_of_places(force),
         "pull-off, std [µN]": float(force.std(ddof=1)),
         "pull-off, largest [µN]": float(force.max()),
         "pull-off, rough / smooth": mean / smooth,

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import cdf, reduction
-from ..statistics.sampling import refuse_several, standard_deviation, weighted_by_landing_share
+from ..statistics.sampling import deviation_of_places, mean_of_places, quantile_of_places, refuse_several
 from ..vocabulary import schema
 
 #: Reported quantiles over the places, and the suffixes of their names.
@@ -59,8 +59,8 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     refuse_several(ds)
     ds = reduction(ds)
     ln_ratio = np.log(ds["pull_off_ratio"])
-    mean = float(weighted_by_landing_share(ln_ratio).mean())
-    spread = float(standard_deviation(ln_ratio))
+    mean = mean_of_places(ln_ratio)
+    spread = deviation_of_places(ln_ratio)
     steps = cdf(ds, "pull_off_ratio")
     law = norm.cdf(np.log(steps["pull_off_ratio"]), mean, spread)
     below = np.append(0.0, steps.values[:-1])
@@ -73,12 +73,12 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     rows["surface_energy_median"] = 0.5 * rows["work_of_adhesion_median"]
     if "lever" in ds:
         ln_moment = np.log(ds["resisting_moment"].where(ds["resisting_moment"] > 0))
-        rows["moment_mean"] = float(np.exp(weighted_by_landing_share(ln_moment).mean()))
-        rows["moment_spread"] = float(np.exp(standard_deviation(ln_moment)))
+        rows["moment_mean"] = float(np.exp(mean_of_places(ln_moment)))
+        rows["moment_spread"] = float(np.exp(deviation_of_places(ln_moment)))
         rows |= _quantiles("lever", ds["lever"] / ds["sphere_radius"])
         rows["rolling_friction_median"] = 0.5 * rows["lever_median"]
     if "lever_error" in ds:
-        rows["lever_error_median"] = float(weighted_by_landing_share(ds["lever_error"]).quantile(0.5))
+        rows["lever_error_median"] = float(quantile_of_places(ds["lever_error"], 0.5))
     return schema.label(xr.Dataset(rows, coords=schema.pair_coordinates(ds)))
 
 
@@ -99,6 +99,4 @@ def adhesion_by_place(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _quantiles(name: str, values: xr.DataArray) -> dict[str, float]:
-    return {
-        f"{name}_{end}": float(weighted_by_landing_share(values).quantile(share)) for end, share in _QUANTILES.items()
-    }
+    return {f"{name}_{end}": float(quantile_of_places(values, share)) for end, share in _QUANTILES.items()}

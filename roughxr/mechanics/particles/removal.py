@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import bootstrap
-from ..statistics.sampling import first_surface_of_each_place, weighted_by_landing_share
+from ..statistics.sampling import first_surface_of_each_place, mean_of_places, quantile_of_places
 from ..vocabulary import schema
 from ..vocabulary.error_sources import HALF_WIDTH, error_of_interval, symmetric_error, total_error
 from ..vocabulary.refusal import Refusal
@@ -56,7 +56,7 @@ def removing_load(ds: xr.Dataset, share: Quantity = 0.5) -> xr.Dataset:
         raise Refusal("critical_load", "a variable 'mode'", names, "pass the result of .contact.critical_load() whole")
     strength = strength_of_places(ds)
     moves = (ds["mode"] != NEITHER).where(ds["mode"] != NO_CONTACT)
-    moving = float(weighted_by_landing_share(moves.astype(float)).mean())
+    moving = mean_of_places(moves.astype(float))
     ends = (np.inf, np.inf, np.inf)
     if removed <= moving:
         ends = strength_quantile(ds, removed / moving)
@@ -85,7 +85,7 @@ def strength_quantile(critical: xr.Dataset, share: float = 0.5) -> tuple[float, 
     quantile = bootstrap(detaching, name, statistics=[label], within=first_surfaces).isel(statistic=0)
     value, low, high = (float(quantile[part]) for part in ("estimate", "low", "high"))
     errors = critical["shared_load_error"].dropna("subregion")
-    shared = float(np.log1p(weighted_by_landing_share(errors).quantile(0.5))) if errors.size else 0.0
+    shared = float(np.log1p(quantile_of_places(errors, 0.5))) if errors.size else 0.0
     if value == 0.0:  # so many spheres roll off by themselves
         return (value, low, high * float(np.exp(shared)))
     if np.isnan(low):

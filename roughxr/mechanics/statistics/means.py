@@ -17,6 +17,7 @@ from .sampling import (
     LIMITS,
     at_first_preload,
     forces_of_one_condition,
+    mean_of_places,
     refuse_several,
     sample_bounds,
     weighted_by_landing_share,
@@ -68,7 +69,7 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
 
 def _mean_with_interval(pull: xr.Dataset, bounds: np.ndarray) -> tuple[float, dict[str, float], dict[str, Any]]:
     """Return the mean over places with forces between bounds (2, …), its interval, and its limits."""
-    mean = weighted_by_landing_share(pull["pull_off_force"]).mean().item()
+    mean = mean_of_places(pull["pull_off_force"])
     if np.isfinite(bounds[0]).sum() <= 1:
         interval = dict.fromkeys(INTERVAL, np.nan)
         if np.isnan(mean):
@@ -145,7 +146,5 @@ def pressed_means(pull: xr.Dataset) -> tuple[float, float] | None:
     if not depends.any():
         return None
     pressed = pressed.where(depends, force)
-    low, high = (
-        float(weighted_by_landing_share(end).mean()) for end in (np.minimum(force, pressed), np.maximum(force, pressed))
-    )
+    low, high = (mean_of_places(end) for end in (np.minimum(force, pressed), np.maximum(force, pressed)))
     return low, high

@@ -129,18 +129,20 @@ def unequal_shares(array: xr.Dataset | xr.DataArray) -> xr.DataArray | None:
     They are the shares of particles that rest at the places, else the shares of the area off and on debris. They have
     no coordinates, which each operation would compare.
     """
-    if SHARE in array.coords:
-        weights = xr.DataArray(array[SHARE].variable.astype(float))
+    coords = array.coords.variables
+    if SHARE in coords:
+        weights = coords[SHARE].astype(float)
     elif has_debris_flags(array):
-        on_debris = array["on_debris"].variable.astype(bool)
-        debris = array["debris_share"].variable
-        clean_places, debris_places = (places.sum("subregion").clip(min=1) for places in (~on_debris, on_debris))
-        weights = xr.DataArray(on_debris * debris / debris_places + ~on_debris * (1 - debris) / clean_places)
+        on_debris = coords["on_debris"].astype(bool)
+        debris = coords["debris_share"]
+        debris_places = on_debris.sum("subregion")
+        clean_places = on_debris.sizes["subregion"] - debris_places
+        weights = on_debris * debris / debris_places.clip(min=1) + ~on_debris * (1 - debris) / clean_places.clip(min=1)
     else:
         return None
     # shares that differ by less, relative to the largest, are equal
     is_equal = np.ptp(weights.values) <= 1e-9 * weights.values.max()
-    return None if is_equal or not set(weights.dims) <= set(array.dims) else weights
+    return None if is_equal or not set(weights.dims) <= set(array.dims) else xr.DataArray(weights)
 
 
 def has_debris_flags(array: xr.Dataset | xr.DataArray) -> bool:
@@ -182,6 +184,28 @@ def weighted_by_landing_share(array: Any) -> Any:
     """Return values weighted by the shares of their places if these differ, else the values."""
     weights = unequal_shares(array)
     return array if weights is None else array.weighted(weights)
+
+
+def mean_of_places(array: Any) -> float:
+    """Return the mean of all values, weighted as by `weighted_by_landing_share`."""
+    return float(_weighted_values(array).mean())
+
+
+def quantile_of_places(array: Any, share: Any) -> np.ndarray:
+    """Return quantiles of all values, weighted as by `weighted_by_landing_share`."""
+    return _weighted_values(array).quantile(share).values
+
+
+def deviation_of_places(array: Any) -> float:
+    """Return the `standard_deviation` of all values."""
+    return float(standard_deviation(xr.DataArray(array.variable), weights=unequal_shares(array)))
+
+
+def _weighted_values(array: Any) -> Any:
+    """Return values as `weighted_by_landing_share`, without coordinates, which each operation would compare."""
+    values = xr.DataArray(array.variable)
+    weights = unequal_shares(array)
+    return values if weights is None else values.weighted(weights)
 
 
 def standard_deviation(array: Any, dim: Any = None, weights: xr.DataArray | None = None) -> xr.DataArray:

@@ -24,7 +24,7 @@ from ..scans import regions
 from ..specimen import specimen_of
 from ..statistics import bootstrap
 from ..statistics.means import mesh_error
-from ..statistics.sampling import place_order, shares, weighted_by_landing_share
+from ..statistics.sampling import mean_of_places, place_order, shares
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.error_sources import (
@@ -148,7 +148,7 @@ def budget_of(
     settings = {name: usual[name] for name in usual if name in only} if settings is None else dict(settings)
     pulls = solved["pull_off_force"]
     law = solved.attrs["law"]
-    mean = float(weighted_by_landing_share(pulls).mean())
+    mean = mean_of_places(pulls)
     errors = {PLACES: _error_of_places(pulls)}
     if MESH in settings and (finer is not None or not solved["mesh"].any()):
         del settings[MESH]
