@@ -226,26 +226,29 @@ def _repeated_ridges(height: np.ndarray, peaks: Peaks, fit: Fit, refine: int) ->
 
 def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
     """Return the fitted peaks of a scan as a labelled catalogue."""
-    out = xr.Dataset({name: ("asperity", getattr(fit, name).copy()) for name in _FITTED})  # the fit is cached
-    out["plateau_size"] = "asperity", peaks.size.copy()
-    out["axis_ratio"] = "asperity", axis_ratios(fit.curvature_min, fit.curvature_max)
+    columns = {name: getattr(fit, name).copy() for name in _FITTED}  # the fit is cached
+    columns["plateau_size"] = peaks.size.copy()
+    columns["axis_ratio"] = axis_ratios(fit.curvature_min, fit.curvature_max)
     places = (
         ds[axis].values[at // setup.refine] + at % setup.refine * step
         for axis, at, step in zip("xy", (peaks.ix, peaks.iy), setup.pixel)
     )
     x, y = (place + off for place, off in zip(places, (fit.vertex_x, fit.vertex_y)))
-    out = out.assign_coords(
-        asperity=np.arange(peaks.ix.size),
-        x=("asperity", x),
-        y=("asperity", y),
-        datum_height=ds["datum_height"],
-        patch_radius=0.5 * setup.patch * max(setup.pixel),
-    )
-    out = out.assign_coords(dict(zip(regions.EDGES, regions.edges_of(ds))) | schema.pair_coordinates(ds))
-    out = out.assign_coords({name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords})
+    coords = {
+        "asperity": np.arange(peaks.ix.size),
+        "x": ("asperity", x),
+        "y": ("asperity", y),
+        "datum_height": ds["datum_height"],
+        "patch_radius": 0.5 * setup.patch * max(setup.pixel),
+        **dict(zip(regions.EDGES, regions.edges_of(ds))),
+        **schema.pair_coordinates(ds),
+        **{name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords},
+    }
     if setup.measures is not None:
-        measures = {"shortest_wavelength": setup.measures.shortest, "rms_slope": setup.measures.slope}
-        out = out.assign_coords(measures | {"pixel": max(schema.pixel(ds))})
+        coords["shortest_wavelength"] = setup.measures.shortest
+        coords["rms_slope"] = setup.measures.slope
+        coords["pixel"] = max(schema.pixel(ds))
+    out = xr.Dataset({name: ("asperity", column) for name, column in columns.items()}, coords)
     return schema.label(out)
 
 
@@ -275,10 +278,10 @@ def poorly_fitted(catalogue: xr.Dataset) -> float:
     """Return the share of asperities whose rms residual exceeds 0.15 of the paraboloid's drop on their patch."""
     if catalogue.sizes["asperity"] == 0:
         return np.nan
-    mean_curvature = 0.5 * np.abs(catalogue["curvature_min"] + catalogue["curvature_max"])
+    mean_curvature = 0.5 * np.abs(catalogue["curvature_min"].values + catalogue["curvature_max"].values)
     fall = 0.5 * mean_curvature * float(catalogue["patch_radius"]) ** 2
     # largest residual of a fit, as a part of the paraboloid's own drop across the patch; above it the fit is poor
-    return float((catalogue["fit_rms"] > 0.15 * fall).mean())
+    return float((catalogue["fit_rms"].values > 0.15 * fall).mean())
 
 
 def _warn(out: xr.Dataset) -> None:

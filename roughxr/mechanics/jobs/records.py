@@ -69,8 +69,8 @@ class Layout(NamedTuple):
 
 def labelled(records: Any, layout: Layout, ds: xr.Dataset, positions: xr.Dataset) -> xr.Dataset:
     """Return the Dataset of an array of records (subregion,), computed or lazy."""
-    out = xr.Dataset({name: (("subregion", *layout.dims(name)), records[name]) for name in layout.dtype.fields or ()})
-    return schema.label(out.assign_coords({**layout.axes, **positions.coords, **schema.pair_coordinates(ds)}))
+    parts = {name: (("subregion", *layout.dims(name)), records[name]) for name in layout.dtype.fields or ()}
+    return schema.label(xr.Dataset(parts, {**layout.axes, **positions.coords, **schema.pair_coordinates(ds)}))
 
 
 def converged(ds: xr.Dataset) -> xr.DataArray | bool:

@@ -73,11 +73,9 @@ def _touched_at(height: np.ndarray, axes: Sequence[np.ndarray], places: Sequence
 
 def _touched_along(height: np.ndarray, axis: np.ndarray, at: Any, radius: float) -> np.ndarray:
     """Return the largest heights over a parabola, (at, second axis), whose apex moves along the first axis."""
+    at = np.asarray(at)
     reach = np.sqrt(2 * radius * np.ptp(height))
-    out = np.empty((len(at), height.shape[1]))
-    for k, apex in enumerate(at):
-        first, last = np.searchsorted(axis, [apex - reach, apex + reach])
-        first = min(first, axis.size - 1)
-        near = slice(first, max(last, first + 1))
-        out[k] = (height[near] - (axis[near, None] - apex) ** 2 / (2 * radius)).max(axis=0)
-    return out
+    depth = (axis - at[:, None]) ** 2 / (2 * radius)
+    first = np.minimum(np.searchsorted(axis, at - reach), axis.size - 1)
+    last = np.maximum(np.searchsorted(axis, at + reach), first + 1)
+    return np.array([(height[i:j] - row[i:j, None]).max(axis=0) for i, j, row in zip(first, last, depth)])

@@ -69,17 +69,16 @@ def centres_of(ds: xr.Dataset, subregions: Places) -> xr.Dataset:
     # largest number of tiles along one axis, where the number of pixels is not known
     x, y = _positions(subregions, edges, (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (65536,) * 2)
     _refuse_outside(x, y, edges)
-    out = xr.Dataset(
-        coords={"subregion": np.arange(x.size), "subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}
-    )
+    coords: dict[str, Any] = {"subregion": np.arange(x.size)}
+    coords |= {"subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}
     if isinstance(subregions, xr.Dataset) and "landing_share" in subregions.coords:
-        out = out.assign_coords(landing_share=("subregion", np.atleast_1d(subregions["landing_share"].values)))
+        coords["landing_share"] = "subregion", np.atleast_1d(subregions["landing_share"].values)
     elif schema.kind_of(ds) == "scan" and not ds["height"].chunks and "sphere_radius" in ds.coords:
-        height = ds["height"].transpose("x", "y").values
+        height = ds["height"].variable.transpose("x", "y").values
         axes = (ds["x"].values, ds["y"].values)
         share, flags = debris_landings(height, axes, (x, y), float(ds["sphere_radius"]))
-        out = out.assign_coords(on_debris=("subregion", flags), debris_share=share)
-    return schema.label(out)
+        coords |= {"on_debris": ("subregion", flags), "debris_share": share}
+    return schema.label(xr.Dataset(coords=coords))
 
 
 def sample(positions: xr.Dataset, count: int) -> xr.Dataset:

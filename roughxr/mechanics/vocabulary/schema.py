@@ -266,17 +266,18 @@ def _float_heights(height: xr.Variable) -> xr.Variable:
     if height.dtype.kind in "iu":
         return _float_heights(height.astype(float))
     data = height.data
-    if isinstance(data, np.ndarray) and np.isinf(data).any():
+    if not isinstance(data, np.ndarray):
+        return height
+    lowest = np.fmin.reduce(data, axis=None)
+    highest = np.fmax.reduce(data, axis=None)
+    if np.isinf([lowest, highest]).any():
         raise Refusal(
             "height",
             "finite heights",
             f"{np.isinf(data).sum()} infinite ones",
             "if they are missing, make them NaN, ds['height'].where(np.isfinite(ds['height'])), then ds.contact.fill()",
         )
-    relief = 0.0
-    if isinstance(data, np.ndarray):
-        known = np.isfinite(data)
-        relief = float(data.max(where=known, initial=-np.inf) - data.min(where=known, initial=np.inf))
+    relief = float(highest - lowest)
     if 0 < relief < _LARGEST_IN_METRES:
         raise Refusal(
             "height",
