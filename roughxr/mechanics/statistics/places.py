@@ -18,24 +18,31 @@ class Correlogram(NamedTuple):
 
 def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
     """Return the correlation of samples against their distance, in bins as wide as their mean spacing."""
-    from scipy.spatial import cKDTree
-
     values = normal_scores(values)
-    spacing = mean_spacing(places)
-    # largest distance of the correlation, in mean spacings
-    longest_lag = 6
-    edges = spacing * (np.arange(longest_lag + 1) + 0.5)
-    # largest number of samples for the correlation: more samples take longer without better accuracy
-    chosen = np.random.default_rng(0).permutation(values.size)[:2000]
+    chosen, i, j, bins, edges = _neighbours(np.ascontiguousarray(places, dtype=float).tobytes())
     deviation = values[chosen] - values[chosen].mean()
-    i, j = cKDTree(places[chosen]).query_pairs(edges[-1], output_type="ndarray").T
-    bins = np.digitize(np.hypot(*(places[chosen[i]] - places[chosen[j]]).T), edges[1:])
-    bins, product = bins[bins < longest_lag], (deviation[i] * deviation[j])[bins < longest_lag]
-    pairs = np.bincount(bins, minlength=longest_lag)
-    total = np.bincount(bins, product, minlength=longest_lag)
+    pairs = np.bincount(bins, minlength=edges.size)
+    total = np.bincount(bins, deviation[i] * deviation[j], minlength=edges.size)
     variance = (deviation**2).mean()
     correlation = total / np.maximum(pairs, 1) / (variance if variance > 0 else 1.0)
-    return Correlogram(edges[1:], correlation, pairs * (values.size / chosen.size) ** 2)
+    return Correlogram(edges, correlation, pairs * (values.size / chosen.size) ** 2)
+
+
+@lru_cache(maxsize=4)  # all variables of a result, and their parts, lie at the same places
+def _neighbours(coordinates: bytes) -> tuple[np.ndarray, ...]:
+    """Return the samples used of places as bytes, both of each pair of neighbours, its bin, and the bins' ends."""
+    from scipy.spatial import cKDTree
+
+    places = np.frombuffer(coordinates).reshape(-1, 2)
+    # largest distance of the correlation, in mean spacings
+    longest_lag = 6
+    edges = mean_spacing(places) * (np.arange(longest_lag + 1) + 0.5)
+    # largest number of samples for the correlation: more samples take longer without better accuracy
+    chosen = np.random.default_rng(0).permutation(len(places))[:2000]
+    i, j = cKDTree(places[chosen]).query_pairs(edges[-1], output_type="ndarray").T
+    bins = np.digitize(np.hypot(*(places[chosen[i]] - places[chosen[j]]).T), edges[1:])
+    is_near = bins < longest_lag
+    return chosen, i[is_near], j[is_near], bins[is_near], edges[1:]
 
 
 def normal_scores(values: np.ndarray) -> np.ndarray:
