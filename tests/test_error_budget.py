@@ -78,11 +78,11 @@ def basis_of_errors(budget):
 def test_a_smooth_sphere_depends_on_work_and_radius_in_proportion_and_not_on_the_modulus():
     """JKR's pull-off is 3/2 π w R: the slopes are 1, 1 and 0.
 
-    On contacts of 20 to 23 cells in radius each pull-off is off by up to 0.3 %: of slopes over 20 %, 0.03.
+    On contacts of 12 to 18 cells in radius each pull-off is off by up to 0.5 %: of slopes over 50 %, 0.03.
     """
     flat = pair(np.zeros((20, 20)), radius=1500.0, work=0.2)
-    tried = {name: [1.2] for name in ("work of adhesion", "sphere radius", "modulus")}
-    mesh = roughxr.Mesh(6, step=0.25)
+    tried = {name: [1.5] for name in ("work of adhesion", "sphere radius", "modulus")}
+    mesh = roughxr.Mesh(4, step=0.25)
     smooth_budget = error_budget(flat, settings=tried, law="jkr", mesh=mesh, places=1)
     slopes = smooth_budget.slope.to_series()
     assert slopes["work of adhesion"] == pytest.approx(1, abs=0.04)
@@ -160,19 +160,17 @@ def test_an_entry_knows_how_well_it_is_known_and_by_how_many_places():
 
 
 def test_the_total_has_a_standard_error_by_the_places_of_its_changes(rough):
-    all_places = roughxr.adhesive(rough, subregions=(4, 4), law="exponential", mesh=HOW["mesh"])
-    four_places, sixteen_places = (
+    all_places = roughxr.adhesive(rough, subregions=(3, 3), law="exponential", mesh=HOW["mesh"])
+    three_places, nine_places = (
         budget_of(rough, all_places, settings={"work of adhesion": [0.3]}, **HOW | {"places": count})
-        for count in (4, 16)
+        for count in (3, 9)
     )
-    assert (
-        int(four_places.places.sel(entry="work of adhesion")) == 4
-        and int(sixteen_places.places.sel(entry="work of adhesion")) == 16
-    )
-    assert float(sixteen_places.total_standard_error) < float(four_places.total_standard_error)
-    assert (four_places.changed_places, four_places.solved_places) == (4, 16)
-    total = budget_table({BUDGET: four_places}).loc["all of these"]
-    assert "Each change is solved at 4 of 16 places" in total["how it was computed"]
+    assert int(three_places.places.sel(entry="work of adhesion")) == 3
+    assert int(nine_places.places.sel(entry="work of adhesion")) == 9
+    assert float(nine_places.total_standard_error) < float(three_places.total_standard_error)
+    assert (three_places.changed_places, three_places.solved_places) == (3, 9)
+    total = budget_table({BUDGET: three_places}).loc["all of these"]
+    assert "Each change is solved at 3 of 9 places" in total["how it was computed"]
 
 
 def test_what_a_run_has_solved_on_the_finer_mesh_is_not_solved_again(rough, monkeypatch):
@@ -316,7 +314,7 @@ def test_budget_and_best_estimate_take_the_same_deviations(stated_range):
     flat = roughxr.scans.synthetic.self_affine((40, 40), 10, rms=0.6, hurst=0.8, rolloff=80, cutoff=60, seed=1)
     stated = {"sphere_radius": 300, "contact_modulus": 10, "work_of_adhesion": 0.03, "hardness": 3.0, **stated_range}
     ds = roughxr.assign_pair(flat, **stated)
-    options = {"subregions": (3, 3), "places": 1, **QUICK}
+    options = {"subregions": (3, 2), "places": 1, **QUICK}
     budget = error_budget(ds, **options)
     estimate = roughxr.extrapolated(as_measured(ds), **options)
     names = [name for name in budget.entry.values if name in CHANGES and budget.relative_std.sel(entry=name) >= 0]

@@ -171,8 +171,8 @@ def test_a_sphere_on_a_plane_is_pulled_by_the_law_of_thin_menisci(radius, humidi
 
 @pytest.fixture(scope="module")
 def gaussian():
-    """Heights on 1500² cells whose distribution is exactly Gaussian, with the outlines of smooth roughness."""
-    heights = rough(1500, rms=1.0, smooth=12.0, seed=7)
+    """Heights on 900² cells whose distribution is exactly Gaussian, with the outlines of smooth roughness."""
+    heights = rough(900, rms=1.0, smooth=12.0, seed=7)
     ranks = np.argsort(np.argsort(heights.ravel())).reshape(heights.shape)
     return ndtri((ranks + 0.5) / heights.size)
 
@@ -250,7 +250,7 @@ def test_the_twin_by_two_independent_sums():
     glass = roughxr.open_sample("glass")
     cell = float(glass.x[1] - glass.x[0]) / 2
     fine = scan(splined(glass.height.values, 2), cell)
-    expected = {0.5: 68.0, 0.7: 182.0, 0.9: 1451.0, 0.95: 2111.0}
+    expected = {0.5: 68.0, 0.9: 1451.0, 0.95: 2111.0}
     means = {}
     for humidity in expected:
         pulled = wet(fine, humidity).contact.rigid(subregions=(4, 4), delta=[0.0])
