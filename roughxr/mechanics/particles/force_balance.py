@@ -188,17 +188,17 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     The adhesive part of the moment is scaled by the ratio of the pull-off forces at each place. Those of `extrapolated`
     have the error of their mean.
     """
-    force = pull_off["pull_off_force"]
+    before = ds["pull_off_force"].variable
+    force = before.copy(data=pull_off["pull_off_force"].values)
     load = float(ds.attrs.get("normal_force", 0.0))
-    scale = xr.DataArray(force.values / ds["pull_off_force"].values, dims="subregion")
-    columns: dict[str, Any] = {"resisting_moment": load * ds["hinge_distance"], "tipping_force": load}
-    changed = {name: (ds[name] - part) * scale + part for name, part in columns.items()}
-    changed["pull_off_force"] = xr.zeros_like(ds["pull_off_force"]) + force.values
+    columns: dict[str, Any] = {"resisting_moment": load * ds["hinge_distance"].variable, "tipping_force": load}
+    changed = {name: (ds[name].variable - part) * (force / before) + part for name, part in columns.items()}
+    changed["pull_off_force"] = force
     error = pull_off.get("pull_off_error")
     if "pull_off_high" in pull_off:
         error = pull_off["pull_off_high"] / pull_off["pull_off_mean"] - 1
     if error is not None:
-        changed["pull_off_error"] = xr.zeros_like(ds["pull_off_force"]) + error.values
+        changed["pull_off_error"] = before.copy(data=np.full(before.shape, error.values))
     out = ds.drop_vars(["pull_off_delta", "pull_off_error"], errors="ignore").assign(changed)
     out.attrs["levers"] = str(ds.attrs.get("method", "rolling"))
     return schema.label(out)
@@ -285,12 +285,13 @@ def _physical(quantity: Any, units: str, name: str) -> float | None:
 
 
 def drive_ratios(push: Push, body: Body, limit: Resistance) -> np.ndarray:
-    """Return drive over resistance, (mode, place), for a push with one entry, or one for each place."""
-    along, turn, away = (np.broadcast_to(part, limit.pull_off.shape) for part in push[:3])
-    about = (along * body.radius + turn)[:, None] * limit.share + (away + limit.load)[:, None] * limit.hinge
+    """Return drive over resistance, (mode, …, place), for a push of strengths (…, place) or (…, 1)."""
+    along, turn, away = push[:3]
+    forward, raising = (part[..., None, :, None] for part in (along * body.radius + turn, away + limit.load))
+    about = forward * limit.share + raising * limit.hinge
     with np.errstate(divide="ignore", invalid="ignore"):
         roll = np.where(limit.moment > 0, about / limit.moment, np.where(about >= limit.moment, np.inf, 0.0))
-        roll = roll.min(axis=0).max(axis=1)
+        roll = roll.min(axis=-3).max(axis=-1)
         slide = np.zeros_like(roll)
         holds = limit.pull_off - away
         if limit.friction is not None or limit.strength is not None:
@@ -311,7 +312,8 @@ def critical_strength(kind: Load, body: Body, limit: Resistance) -> tuple[np.nda
     low, high = kind.span
     tried = np.geomspace(low, high, _STRENGTHS) if low > 0 else np.linspace(low, high, _STRENGTHS)
     tried = np.r_[0.0, tried[tried > 0]]
-    moves = np.array([(drive_ratios(kind.push(np.array([s]), body), body, limit) >= 1).any(axis=0) for s in tried])
+    parts = np.array_split(tried[:, None], 16)  # so many that each needs little memory
+    moves = np.concatenate([(drive_ratios(kind.push(part, body), body, limit) >= 1).any(axis=0) for part in parts])
     first = moves.argmax(axis=0)
     any_at_all = moves.any(axis=0)
     above = tried[first]
