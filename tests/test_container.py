@@ -153,7 +153,7 @@ def lines_of(surface, step):
         yield xr.Dataset({"height": ("x", surface.height.values[k, at])}, {"x": surface.y.values[at]})
 
 
-@pytest.mark.parametrize("hurst", [0.3, 0.5, 0.9])
+@pytest.mark.parametrize("hurst", [0.3, 0.9])
 def test_lines_have_the_spectrum_of_the_surface_that_they_are_cut_from(hurst):
     make = {"rms": 2.0, "hurst": hurst, "rolloff": 200.0, "cutoff": 10.0}
     surfaces = [synthetic.self_affine((384, 384), 2.5, seed=seed, **make) for seed in range(4)]

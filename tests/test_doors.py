@@ -72,7 +72,6 @@ COMMANDS = {
     "detach": ["detach", "RUN", "-o", "OUT"],
     "parameters": ["detach", "RUN", "--parameters", "OUT"],
     "lammps": ["detach", "RUN", "--dem", "lammps", "OUT"],
-    "rock_n_roll": ["detach", "RUN", "--dem", "rock_n_roll", "OUT"],
     "map": ["detach", "RUN", "--picture", "OUT"],
     "measured": ["measured", "forces.csv", "-o", "OUT"],
     "measured as a workbook": ["measured", "forces.xlsx", "-o", "OUT"],
@@ -93,7 +92,7 @@ def words_of(name, run, output):
 
 #: Files of a user that resemble the outputs of commands most, without those that a command reads.
 ALIKE = {"report": ["page.html"], "explore": ["page.html"], "detach": ["forces.csv"], "parameters": ["forces.xlsx"]}
-ALIKE |= {"lammps": ["in.lammps"], "rock_n_roll": ["forces.csv"], "convert": ["scan.gsf", "other.nc"]}
+ALIKE |= {"lammps": ["in.lammps"], "convert": ["scan.gsf", "other.nc"]}
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -143,7 +142,7 @@ def test_detach_replaces_all_its_own_earlier_outputs(finished, tmp_path, monkeyp
     assert len(outputs) == 5 and all(path.stat().st_size > 40 for path in outputs)
 
 
-@pytest.mark.parametrize("name", ["report", "detach", "picture", "convert", "measured"])
+@pytest.mark.parametrize("name", ["report", "picture", "convert", "measured"])
 @pytest.mark.parametrize(
     ("place", "says"), [("folder", "a folder"), ("pipe", "a pipe or device"), ("below", "a file, ")]
 )
