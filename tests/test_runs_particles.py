@@ -25,7 +25,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("particles")
     roughxr.scans.to_netcdf(scan(rough(64, rms=2.0, smooth=2.0), 10.0), folder / "scan.nc")
     command = ["run", str(folder / "scan.nc"), "--particle", "--subregions", "3", "2", *PAIR, *QUICK]
-    with bare_runs():
+    with bare_runs("extrapolated", "curves"):
         assert main([*command, "-o", str(folder / "run")]) == 0
     return folder / "run"
 
@@ -108,6 +108,7 @@ def on_cells_of_5_nm(surface, **options):
 def test_with_a_second_scan_a_run_of_particles_contains_the_best_estimate(folder, groups, monkeypatch):
     """The second scan is the first one on finer pixels: it shows nothing new."""
     monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_5_nm)
+    monkeypatch.setattr(extrapolation, "_SECOND_PLACES", (2, 2))
     scan = groups["scan"][["height"]]
     pixels = {axis: np.arange(float(scan[axis][10]), float(scan[axis][-10]), 5.0) for axis in "xy"}
     roughxr.scans.to_netcdf(scan.interp(pixels, method="cubic"), folder.with_name("finer.nc"))

@@ -30,7 +30,7 @@ MOMENTS = {"asperities": None, "rigid": "solutions/adhesive", "rolling": "statis
 
 @pytest.fixture(scope="module", autouse=True)
 def _quick():
-    with bare_runs():
+    with bare_runs("extrapolated", "curves"):
         yield
 
 
@@ -181,8 +181,11 @@ def test_a_batch_states_a_time_left_that_shrinks_or_why_it_grew(tmp_path, monkey
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
-def test_force_over_displacement_of_soft_bodies_is_computed_at_one_place(surface):
-    for modulus, places in ((40, 2), (0.1, 1)):
+def test_force_over_displacement_of_soft_bodies_is_computed_at_one_place(surface, monkeypatch):
+    monkeypatch.setattr(
+        run_parts, "adhesive", lambda ds, *, subregions, **options: subregions.expand_dims(branch=["retraction"])
+    )
+    for modulus, places in ((40, 2), (1, 1)):
         pair = {"sphere_radius": 500, "contact_modulus": modulus, "work_of_adhesion": 0.05}
         specimen = specimen_of(roughxr.assign_pair(surface, **pair))
         plan = analysis.plan(specimen, subregions=(2, 1))

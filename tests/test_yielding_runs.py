@@ -26,7 +26,7 @@ def groups(tmp_path_factory):
     )
     path = tmp_path_factory.mktemp("run") / "run.nc"
     options = {"subregions": (2, 1), "delta": [4, 8, 12], "preload": 3000.0, "mesh": 1, "budget": 0}
-    with dask.config.set(scheduler="synchronous"), bare_runs():
+    with dask.config.set(scheduler="synchronous"), bare_runs("extrapolated", "curves", "rolling"):
         analysis.run(pair, path, **options)
     return archive.load(path)
 
