@@ -301,17 +301,20 @@ def _contacts(planes, reach):
 
 def supports(places, surface, slack):
     """Return for each place the number of summits that support a sphere, within ``slack`` pixels, and their x, y."""
+    from scipy.sparse import block_diag
     from scipy.sparse.csgraph import connected_components
 
     most_supports = 8
     number = np.zeros(len(places), np.int64)
     at = np.full((len(places), most_supports, 2), np.nan)
     reach = slack * max(surface.pixel)
-    for n, (x, y, _) in enumerate(places):
-        contact = _contacts(_planes_at(surface, x, y, reach), reach)[:, 3:5]
-        distance = (np.abs(contact[:, None] - contact) / surface.pixel).max(axis=2)
-        # contacts nearer than this (pixels) are on one summit; not a multiple of half a pixel: many distances are
-        summit = connected_components(distance < 1.9)[1]
+    contacts = [_contacts(_planes_at(surface, x, y, reach), reach)[:, 3:5] for x, y, _ in places]
+    distances = [(np.abs(contact[:, None] - contact) / surface.pixel).max(axis=2) for contact in contacts]
+    # contacts nearer than this (pixels) are on one summit; not a multiple of half a pixel: many distances are
+    near = block_diag([[[True]], *(distance < 1.9 for distance in distances)])  # one graph: each takes a millisecond
+    near.eliminate_zeros()
+    summits = np.split(connected_components(near)[1], np.cumsum([1, *map(len, contacts)]))
+    for n, (contact, summit) in enumerate(zip(contacts, summits[1:])):
         highest = np.sort(np.unique(summit, return_index=True)[1])[:most_supports]
         number[n] = highest.size
         at[n, : highest.size] = contact[highest]
