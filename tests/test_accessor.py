@@ -144,7 +144,7 @@ def test_a_scan_has_no_pull_off_before_a_simulation():
         scan(rough(16)).contact.pull_off()
 
 
-def test_import_takes_little_more_than_that_of_xarray_and_registers_the_accessors():
+def test_import_takes_little_more_than_that_of_xarray_registers_accessors_and_reaches_each_public_name():
     """What reads, solves and draws is imported by the first name that is used; the shell's help needs none of it."""
     program = """
 import sys, xarray, roughxr, roughxr.application.cli
@@ -154,6 +154,9 @@ assert not {"numba", "scipy", "dask.array", "matplotlib", "netCDF4"} & set(sys.m
 roughxr.rigid
 assert not {"matplotlib", "distributed", "pint"} & set(sys.modules), "imported too early"
 assert sorted(dir(roughxr)) == sorted(roughxr.__all__), "names that are not public"
+for room in ("archive", "figures", "measured", "particles", "report", "scans", "statistics"):
+    for name in getattr(roughxr, room).__all__:
+        getattr(getattr(roughxr, room), name)
 assert xarray.Dataset().contact is not None and xarray.DataArray().contact is not None
 """
     subprocess.run([sys.executable, "-c", program], check=True)

@@ -107,7 +107,6 @@ def _has_units(text: str) -> bool:
 def test_axes_of_one_column_have_units(run, name):
     drawn = np.atleast_1d(DRAWN[name](run)).tolist()
     figure = drawn[0].figure
-    figure.draw_without_rendering()
     assert figure.get_figwidth() == pytest.approx(85 / 25.4)
     assert all(_has_units(text) for ax in drawn for text in (ax.get_xlabel(), ax.get_ylabel()))
 

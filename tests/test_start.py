@@ -57,16 +57,6 @@ _REFUSED = """if True:
         print(json.dumps([status, printed.getvalue(), [name for name in slow if name in sys.modules]]))
 """
 
-#: Asserts that accessors are registered where xarray is imported last, and reaches all names of the public lists.
-_PUBLIC_NAMES = """if True:
-    import roughxr, xarray
-    assert xarray.Dataset().contact is not None and xarray.DataArray().contact is not None
-    for name in ("archive", "figures", "measured", "particles", "report", "scans", "statistics"):
-        names = getattr(roughxr, name)
-        for each in names.__all__:
-            getattr(names, each)
-"""
-
 #: Prints the first line of progress of a run, whether its solvers were imported by then, its status, and whether dask's
 #: package for clusters was imported.
 _RUN = """if True:
@@ -109,11 +99,6 @@ def test_words_that_are_wrong_by_themselves_are_refused_before_slow_imports(fold
         assert refusal in error, command
         assert set(imported) <= set(allowed), command
     assert sorted(path.name for path in folder.iterdir()) == ["notes.md", "scan.nc"]
-
-
-def test_accessors_are_registered_and_each_public_name_is_reached_in_a_fresh_process():
-    """Where xarray is first: `test_import_takes_little_more_than_that_of_xarray_and_registers_the_accessors`."""
-    subprocess.run([sys.executable, "-c", _PUBLIC_NAMES], check=True)
 
 
 @pytest.mark.door
