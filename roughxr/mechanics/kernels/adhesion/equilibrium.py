@@ -92,6 +92,7 @@ class BoxProblem(NamedTuple):
     quick: Convolution  # with A, in single precision
     displacement: np.ndarray  # the last one in double precision, nm
     film: tuple | None  # on the half space, see ``halfspace.layered``
+    operators: dict  # the last one, see ``operator_on``
 
 
 class ContactState(NamedTuple):
@@ -205,16 +206,17 @@ def _tangent_step(body, delta, state, fixed):
     """Solve for the touching cells and their pressures at fixed attraction; return the number of products."""
     _fix_attraction(body.law, state, fixed)
     _quick_gaps(body.quick, body.separation, delta, state)
-    at = rows, columns = _coupled_cells(body.law, state)
-    if rows.size == 0:
+    cells = _coupled_cells(body.law, state)
+    if cells.size == 0:
         return 1
-    near = operator_on(rows, columns, body.film)
+    at = tuple(cells)
+    near = operator_on(cells, body.film, body.operators)
     pressure, gap, contact = (np.append(values[at], values.dtype.type(0)) for values in state)
     pressure[:-1] += fixed[at]
     contact &= pressure > 0.0
     goal = _OVERLAP_TOLERANCE * max(body.law.strength, -0.1 * gap.min())
     limits = goal, _OVERLAP_PRODUCTS, 0.0, np.inf, PATIENCE
-    out = solve_contact(near, np.zeros(rows.size), pressure, gap, contact, *limits)
+    out = solve_contact(near, np.zeros(cells.shape[1]), pressure, gap, contact, *limits)
     state.pressure[at] = pressure[:-1] - fixed[at]
     state.gap[at] = gap[:-1]
     state.touching[at] = contact[:-1]
@@ -268,8 +270,10 @@ def _classify(separation, law, delta, state):
 
 def _improve(body, state, worst):
     """Take a Newton step, or a tangent step where none descends; return the number of products."""
-    rows, columns = _coupled_cells(body.law, state)
-    return _step(operator_on(rows, columns, body.film), body.law, state, rows, columns, worst) if rows.size else 0
+    cells = _coupled_cells(body.law, state)
+    if cells.size == 0:
+        return 0
+    return _step(operator_on(cells, body.film, body.operators), body.law, state, *cells, worst)
 
 
 @kernel
@@ -307,7 +311,7 @@ def _apply_step(law, state, rows, columns, touching, x, image):
 
 @kernel
 def _coupled_cells(law, state):
-    """Return rows and columns of the cells that touch, or whose traction changes with the gap."""
+    """Return rows and columns (2, count) of the cells that touch, or whose traction changes with the gap."""
     gap = state.gap
     cells = np.empty((2, gap.size), np.int64)
     count = 0
@@ -317,7 +321,7 @@ def _coupled_cells(law, state):
                 cells[0, count] = i
                 cells[1, count] = j
                 count += 1
-    return cells[0, :count].copy(), cells[1, :count].copy()
+    return cells[:, :count].copy()
 
 
 @kernel

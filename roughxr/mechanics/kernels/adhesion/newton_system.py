@@ -30,9 +30,13 @@ class Workspace(NamedTuple):
     images: np.ndarray  # (products, count) A times the preconditioned
 
 
-def operator_on(rows, columns, film):
-    """Return A and its periodic inverse on cells at (rows, columns)."""
-    return operator(rows, columns, film, dense=rows.size <= DENSE_LIMIT, multiple=BOX_MULTIPLE, inverse_from=0)
+def operator_on(cells, film, last):
+    """Return A and its periodic inverse on cells (2, count), which ``last`` stores: every other round has the same."""
+    key = cells.tobytes()
+    if key not in last:
+        last.clear()
+        last[key] = operator(*cells, film, dense=cells.shape[1] <= DENSE_LIMIT, multiple=BOX_MULTIPLE, inverse_from=0)
+    return last[key]
 
 
 @kernel

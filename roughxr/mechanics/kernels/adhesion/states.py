@@ -77,6 +77,7 @@ class Solver:
         self.separation = separation
         self.law = law
         self.film = film
+        self.operators = {}
         self.bulges = film is not None and film.bulges
         self.cap = cap
         self.limit = limit
@@ -179,7 +180,9 @@ class Solver:
         return contacts_and_resolution(state, closed_parts(state, self.law), self.law)
 
     def yielded(self, solved):
-        """Return the shares of force and area at the hardness, and area and volume of the dents."""
+        """Return the shares of force and area at the hardness, and area and volume of the dents; none without one."""
+        if min(self.cap, self.limit) == np.inf:
+            return {}
         pressure = solved.state.pressure
         least = self.limit * (1.0 - 2.0 * _EXCESS if self.cap < np.inf else 1.0)
         hard = pressure >= least
@@ -223,7 +226,8 @@ class Solver:
 
     def _body(self, separation, tolerance):
         product = surface_convolution(*separation.shape, self.film)
-        return BoxProblem(separation, self.law, tolerance, product, np.empty(separation.shape), self.film)
+        displacement = np.empty(separation.shape)
+        return BoxProblem(separation, self.law, tolerance, product, displacement, self.film, self.operators)
 
 
 def _rounded_slice(places, size, margin):

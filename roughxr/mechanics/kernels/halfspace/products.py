@@ -25,14 +25,14 @@ DENSE_LIMIT = 250
 #: From this many cells on, an inverse by transforms is a better preconditioner than a few neighbours.
 LONG_RANGE = 1000
 
-#: Number of padded boxes whose transformed coefficients are stored.
+#: Number of transforms of small padded boxes that are stored.
 _MOST_STORED = 256
 
 #: Cells of a small box.
 _SMALL = 256**2
 
-#: Number of larger boxes that are stored.
-_MOST_LARGE = 6
+#: Number of transforms of larger boxes that are stored.
+_MOST_LARGE = 12
 
 
 class Operator(NamedTuple):
@@ -64,13 +64,20 @@ def table_size(cells):
     return 1 << (max(size, 32) - 1).bit_length() if size <= 512 else -(-size // 256) * 256
 
 
-def _transfer(rows, columns, film):
-    """Return A's transform on a padded box."""
-    return (_small_transfer if rows * columns <= _SMALL else _large_transfer)(rows, columns, film)
+def _transfer(rows, columns, film, kind):
+    """Return A's transform on a padded box, or the inverse of the transform, in the precision of ``kind``."""
+    return (_small_transfer if rows * columns <= _SMALL else _large_transfer)(rows, columns, film, kind)
 
 
-def _new_transfer(rows, columns, film):
-    return kernel_transform(rows, columns, coefficients_for((rows // 2, columns // 2), film))
+def _new_transfer(rows, columns, film, kind):
+    if kind == "double":
+        return kernel_transform(rows, columns, coefficients_for((rows // 2, columns // 2), film))
+    transfer = _transfer(rows, columns, film, "double")
+    if kind == "inverse":
+        if film is not None:  # cut off at the box it may be negative at long wavelengths
+            transfer = np.maximum(transfer, 1e-4 * transfer.max())
+        transfer = 1.0 / ((rows * columns) ** 2 * transfer)
+    return transfer.astype(np.float32)
 
 
 _small_transfer, _large_transfer = lru_cache(_MOST_STORED)(_new_transfer), lru_cache(_MOST_LARGE)(_new_transfer)
@@ -78,23 +85,18 @@ _small_transfer, _large_transfer = lru_cache(_MOST_STORED)(_new_transfer), lru_c
 
 def surface_convolution(rows, columns, film):
     """Return the convolution with A, in single precision, in a box of this many rows and columns."""
-    return convolution(rows, _transfer(even_length(2 * rows - 1), even_length(2 * columns - 1), film))
+    return convolution(rows, _transfer(even_length(2 * rows - 1), even_length(2 * columns - 1), film, "single"))
 
 
 def inverse_convolution(rows, columns, film):
-    """Return the convolution with the inverse of A on a periodic box."""
-    high = even_length(rows)
-    wide = even_length(columns)
-    transfer = _transfer(high, wide, film)
-    if film is not None:  # cut off at the box it may be negative at long wavelengths
-        transfer = np.maximum(transfer, 1e-4 * transfer.max())
-    return convolution(rows, 1.0 / ((high * wide) ** 2 * transfer))
+    """Return the convolution with the inverse of A on a periodic box, in single precision."""
+    return convolution(rows, _transfer(even_length(rows), even_length(columns), film, "inverse"))
 
 
 def displaced(pressure, film=None):
     """Return the displacement of every cell of a box under the pressures in it, in double precision."""
     rows, columns = pressure.shape
-    return convolved(pressure, _transfer(even_length(2 * rows - 1), even_length(2 * columns - 1), film))
+    return convolved(pressure, _transfer(even_length(2 * rows - 1), even_length(2 * columns - 1), film, "double"))
 
 
 def surface_displacement(pressure, dx, contact_modulus, film=None):
