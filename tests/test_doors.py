@@ -46,8 +46,10 @@ def finished(tmp_path_factory):
     return folder / "run.nc"
 
 
-def own_files(folder):
-    """Write a file of each kind that a user may have, and return their paths."""
+@pytest.fixture(scope="module")
+def originals(tmp_path_factory):
+    """A folder with a file of each kind that a user may have."""
+    folder = tmp_path_factory.mktemp("originals")
     surface = small_scan()
     to_netcdf(surface, folder / "scan.nc")
     to_file(surface, folder / "scan.gsf")
@@ -62,7 +64,14 @@ def own_files(folder):
     texts |= {"scan.ibw": "\5\0wave", "drawing.svg": "<svg/>", "data.json": "{}", "photo.jpg": "\xff\xd8\xff\xe1photo"}
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="latin-1")
-    return sorted(path for path in folder.iterdir() if path.is_file())
+    return folder
+
+
+@pytest.fixture
+def own_files(originals, tmp_path):
+    """Files of each kind in the test's folder."""
+    shutil.copytree(originals, tmp_path, dirs_exist_ok=True)
+    return sorted(path for path in tmp_path.iterdir() if path.is_file())
 
 
 #: Commands that write to OUT.
@@ -96,14 +105,14 @@ ALIKE |= {"lammps": ["in.lammps"], "convert": ["scan.gsf", "other.nc"]}
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_no_command_replaces_a_users_file(name, finished, tmp_path, monkeypatch, capsys):
+def test_no_command_replaces_a_users_file(name, finished, own_files, tmp_path, monkeypatch, capsys):
     """Each command is led to files that resemble its output, to all that it reads, and to another.
 
     None of them changes but a scan that becomes a scan. Which kinds differ: `test_kinds_are_told_by_content`.
     """
     monkeypatch.chdir(tmp_path)
     names = {*ALIKE.get(name, []), *COMMANDS[name], "scan.ibw"}
-    files = [path for path in own_files(tmp_path) if path.name in names]
+    files = [path for path in own_files if path.name in names]
     before = {path: path.read_bytes() for path in files}
     archived = finished.read_bytes()
     for path in [*files, finished]:
@@ -118,9 +127,9 @@ def test_no_command_replaces_a_users_file(name, finished, tmp_path, monkeypatch,
 
 
 @pytest.mark.parametrize("name", [name for name in COMMANDS if COMMANDS[name][0] != "detach"])
+@pytest.mark.usefixtures("own_files")
 def test_a_command_replaces_its_own_earlier_output(name, finished, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    own_files(tmp_path)
     path = tmp_path / f"output.{ENDINGS.get(name, 'csv')}"
     command = words_of(name, finished, path)
     path.touch()  # an empty file has no content to lose
@@ -146,9 +155,9 @@ def test_detach_replaces_all_its_own_earlier_outputs(finished, tmp_path, monkeyp
 @pytest.mark.parametrize(
     ("place", "says"), [("folder", "a folder"), ("pipe", "a pipe or device"), ("below", "a file, ")]
 )
+@pytest.mark.usefixtures("own_files")
 def test_what_is_no_place_of_a_file_is_refused_in_words(name, place, says, finished, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    own_files(tmp_path)
     path = tmp_path / f"out.{ENDINGS.get(name, 'csv')}"
     if place == "folder":
         path.mkdir()
@@ -192,8 +201,8 @@ def test_a_run_replaces_its_own_files(finished, tmp_path):
 
 
 @pytest.mark.parametrize("place", ["pipe", "pipe/run.nc", "scan.nc", "scan.nc/run.nc", "data.h5", "other.nc"])
+@pytest.mark.usefixtures("own_files")
 def test_a_run_is_written_to_a_place_of_its_own(place, tmp_path):
-    own_files(tmp_path)
     os.mkfifo(tmp_path / "pipe")
     surface = roughxr.assign_pair(open_scan(tmp_path / "scan.nc"), **PAIR)
     before = (tmp_path / "scan.nc").read_bytes(), (tmp_path / "other.nc").read_bytes()
@@ -202,8 +211,8 @@ def test_a_run_is_written_to_a_place_of_its_own(place, tmp_path):
     assert before == ((tmp_path / "scan.nc").read_bytes(), (tmp_path / "other.nc").read_bytes())
 
 
+@pytest.mark.usefixtures("own_files")
 def test_python_replaces_neither_the_source_of_a_dataset_nor_another_kind(finished, tmp_path):
-    own_files(tmp_path)
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
     forces = open_pull_off(tmp_path / "forces.csv")
     surface = open_scan(tmp_path / "scan.gsf")
@@ -224,8 +233,8 @@ def test_python_replaces_neither_the_source_of_a_dataset_nor_another_kind(finish
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
+@pytest.mark.usefixtures("own_files")
 def test_kinds_are_told_by_content(tmp_path):
-    own_files(tmp_path)
     kinds = {path.name: kind_of(path) for path in tmp_path.iterdir()}
     alike = {"data.h5", "scan.nc"}
     assert len(set(kinds.values())) == len(kinds) - len(alike) + 1
@@ -287,10 +296,10 @@ def container_of(path):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.usefixtures("own_files")
 def test_no_command_waits_for_a_pipe(tmp_path, monkeypatch, capsys):
     """Each command and each option that reads a file, led to a pipe into which nobody writes, and to a device."""
     monkeypatch.chdir(tmp_path)
-    own_files(tmp_path)
     os.mkfifo("run.nc")
     sphere = ["--sphere-radius", "100", "--materials", "glass"]
     for pipe in ("run.nc", "/dev/zero", "."):  # the last is a folder with a pipe as its archive

@@ -111,7 +111,7 @@ def test_a_runs_pair_is_fitted_to_measured_forces_by_a_command(tmp_path, capsys,
         return fits[-1]
 
     monkeypatch.setattr(measurements, "fit_pair", fit_and_keep)
-    surface = glass_pair(scan(rough(48, smooth=2.0, seed=1)), sphere_radius=500.0)
+    surface = glass_pair(scan(rough(32, smooth=2.0, seed=1)), sphere_radius=300.0)
     solved = surface.contact.adhesive(subregions=(2, 1), mesh=1, law="jkr")
     groups = {"scan": surface, "solutions/adhesive": solved, "statistics/adhesive": solved.contact.pull_off()}
     roughxr.archive.save(groups, tmp_path / "run.nc")

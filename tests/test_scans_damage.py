@@ -60,8 +60,8 @@ def time_limit(seconds):
 def damaged(content, header, rng):
     """Yield (what was done, bytes): cuts, and flipped bits in the header."""
     yield "empty", b""
-    for part in range(1, 11):
-        yield f"cut at {part}/11", content[: len(content) * part // 11]
+    for part in range(1, 6):
+        yield f"cut at {part}/6", content[: len(content) * part // 6]
     for fewer in (1, 2, 9, 100):
         yield f"{fewer} bytes fewer", content[:-fewer]
     for _ in range(FLIPS):
@@ -130,7 +130,7 @@ def test_damage(name, tmp_path):
         except BaseException as error:
             error.add_note(f"{name}: {what}")
             raise
-    assert outcomes.count("refused") >= 11  # the empty file and the ten cuts at least, whatever else
+    assert outcomes.count("refused") >= 6  # the empty file and the five cuts at least, whatever else
 
 
 def test_real_files_cut_anywhere(shared_scans, tmp_path):
