@@ -30,17 +30,19 @@ def test_the_interval_holds_the_surfaces_mean_at_its_nominal_rate():
     assert np.mean(held) >= 0.9 and np.mean(naive) < 0.5
 
 
+def effects_of_scans(rng, between):
+    """Return what eight scans of 100 places each have in common, by their means and standard errors."""
+    values = several(rng, scans=8, between=between).pull_off_force.values
+    return random_effects(values.mean(axis=1), values.std(axis=1, ddof=1) / 10, confidence=0.95)
+
+
 def test_what_is_left_between_scans_is_found_and_nothing_where_there_is_nothing():
     rng = np.random.default_rng(1)
-    options = {"statistics": ["mean"], "resamples": 99}
-    apart = [roughxr.statistics.pooled(several(rng, scans=8), "pull_off_force", **options) for _ in range(30)]
-    alike = [
-        roughxr.statistics.pooled(several(rng, scans=8, between=0.0), "pull_off_force", **options) for _ in range(30)
-    ]
-    assert np.sqrt(np.mean([float(pooled.between_std[0]) ** 2 for pooled in apart])) == pytest.approx(1.0, rel=0.2)
-    assert np.median([float(pooled.between_std[0]) for pooled in alike]) < 0.1
-    assert np.mean([float(pooled.between_p_value[0]) < 0.05 for pooled in apart]) > 0.9
-    assert np.mean([float(pooled.between_p_value[0]) < 0.05 for pooled in alike]) < 0.2
+    apart, alike = ([effects_of_scans(rng, between) for _ in range(30)] for between in (1.0, 0.0))
+    assert np.sqrt(np.mean([effects.between**2 for effects in apart])) == pytest.approx(1.0, rel=0.2)
+    assert np.median([effects.between for effects in alike]) < 0.1
+    assert np.mean([effects.p_value < 0.05 for effects in apart]) > 0.9
+    assert np.mean([effects.p_value < 0.05 for effects in alike]) < 0.2
 
 
 def test_of_equal_errors_it_is_the_analysis_of_variance():

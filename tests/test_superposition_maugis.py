@@ -19,7 +19,7 @@ from .surfaces import glass_pair, rough, scan
 from .test_superposition import E, W, one_asperity
 
 RADIUS = 1 / (1 / 200 + 1 / 3000)
-PARAMETERS = np.geomspace(maugis.SMALLEST, maugis.LARGEST, 120)
+PARAMETERS = np.geomspace(maugis.SMALLEST, maugis.LARGEST, 60)
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +178,7 @@ def test_no_fine_sweep_finds_a_larger_pull(surface, work, z0):
     sticky = reaching(surface.assign_coords(work_of_adhesion=work), z0)
     options = {"law": "dugdale"}
     rng = np.random.default_rng(0)
-    places = rng.uniform(float(surface.x[0]), float(surface.x[-1]), (2, 12))
+    places = rng.uniform(float(surface.x[0]), float(surface.x[-1]), (2, 6))
     mapped = pull_off_map(sticky, subregions=tuple(places), **options)
     swept = pull_off(superpose(sticky, delta=np.arange(-4, 20, 0.002), subregions=tuple(places), **options))
     assert (mapped.pull_off_force >= swept.pull_off_force * (1 - 1e-6)).all()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from datasets import make_glass
 from datasets.make_glass import glass, particle_centres, write_glass
 from roughxr.mechanics.asperity.catalogue import asperities
 from roughxr.mechanics.kernels.topography.random_surface import uniform
@@ -112,7 +113,8 @@ def test_six_tiles_hold_a_peak_near_27_nm(seed):
     assert len(tiles) == 6
 
 
-def test_shipped_file_is_what_is_made(tmp_path, twin):
+def test_shipped_file_is_what_is_made(tmp_path, twin, monkeypatch):
+    monkeypatch.setattr(make_glass, "glass", lambda: twin)
     write_glass(tmp_path / "glass.nc")
     with xr.open_dataset(tmp_path / "glass.nc") as made, xr.open_dataset(SHIPPED) as shipped:
         for ds in (made, shipped):
