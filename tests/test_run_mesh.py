@@ -19,6 +19,12 @@ from roughxr.mechanics.specimen import specimen_of
 from . import surfaces
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _unpressed():
+    with surfaces.unpressed():
+        yield
+
+
 @pytest.mark.parametrize(("cutoff", "refined"), [(40.0, True), (600.0, False)])
 def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
     """On waves of two pixels the coarsest mesh is off by a factor, on long ones it will do."""

@@ -13,7 +13,7 @@ from roughxr.application import report
 from roughxr.application.cli import main
 from roughxr.mechanics.studies import extrapolation
 
-from .surfaces import bare_runs, rough, scan
+from .surfaces import bare_runs, rough, scan, unpressed
 
 PAIR = ["--sphere-radius", "1 um", "--contact-modulus", "40", "--work-of-adhesion", "0.05"]
 QUICK = ["--law", "jkr", "--mesh", "1", "--budget", "0", "--delta", "1", "2", "--quiet"]
@@ -25,7 +25,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("particles")
     roughxr.scans.to_netcdf(scan(rough(64, rms=2.0, smooth=2.0), 10.0), folder / "scan.nc")
     command = ["run", str(folder / "scan.nc"), "--particle", "--subregions", "3", "2", *PAIR, *QUICK]
-    with bare_runs("extrapolated", "curves"):
+    with unpressed(), bare_runs("extrapolated", "curves", "rigid"):
         assert main([*command, "-o", str(folder / "run")]) == 0
     return folder / "run"
 
@@ -114,7 +114,7 @@ def test_with_a_second_scan_a_run_of_particles_contains_the_best_estimate(folder
     roughxr.scans.to_netcdf(scan.interp(pixels, method="cubic"), folder.with_name("finer.nc"))
     command = ["run", str(folder.with_name("scan.nc")), "--finer", str(folder.with_name("finer.nc"))]
     output = folder.with_name("finer")
-    with bare_runs("curves", "rigid", "superposition", "rolling"):
+    with unpressed(), bare_runs("curves", "rigid", "superposition", "rolling"):
         assert main([*command, "--particle", "--subregions", "3", "2", *PAIR, *QUICK, "-o", str(output)]) == 0
     estimate = archive.load(output / "run.nc")["statistics/extrapolated"]
     hidden = np.exp(extrapolation.one_scan_factor(extrapolation._FEWEST_OCTAVES).log)  # on any pixels

@@ -18,7 +18,7 @@ from roughxr.mechanics.jobs.progress import progress
 from roughxr.mechanics.scans.synthetic import self_affine
 from roughxr.mechanics.specimen import specimen_of
 
-from .surfaces import bare_runs
+from .surfaces import bare_runs, unpressed
 
 PARTS = analysis.PARTS  # the fixture below leaves some out
 
@@ -30,7 +30,7 @@ MOMENTS = {"asperities": None, "rigid": "solutions/adhesive", "rolling": "statis
 
 @pytest.fixture(scope="module", autouse=True)
 def _quick():
-    with bare_runs("extrapolated", "curves"):
+    with unpressed(), bare_runs("extrapolated", "curves"):
         yield
 
 
