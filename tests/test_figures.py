@@ -1,5 +1,6 @@
 """Figures: units on every axis, plotted numbers, nothing left behind."""
 
+import functools
 import re
 
 import matplotlib
@@ -657,6 +658,7 @@ def axes_with_labels(figure):
             yield axis, "direction [°]" if ax.name == "polar" and name == "x" else label
 
 
+@functools.cache
 def unit_size(label):
     """Return the size of the unit in a label, in the schema's units; 1 for parts, per cent and numbers."""
     unit = (re.findall(r"\[(.*)\]$", label) or ["1"])[0].translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
