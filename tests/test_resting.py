@@ -351,6 +351,17 @@ def test_from_landings_spheres_roll_to_resting_positions_each_with_its_share():
 
 
 @pytest.mark.filterwarnings("default::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
+def test_where_no_vertex_of_an_asperity_is_near_a_sphere_stays_where_it_rests():
+    surface = glass_pair(scan(rough(64, seed=1)), 150.0)
+    catalogue = surface.contact.asperities()
+    rests = resting(surface)
+    moved = resting(surface, on=catalogue.isel(asperity=[0]))
+    assert np.isfinite(moved.rest_height).all()
+    off = np.hypot(rests.subregion_x - catalogue.x[0], rests.subregion_y - catalogue.y[0])
+    assert (off > 300.0).sum() > 5
+    np.testing.assert_array_equal(moved.rest_height[off > 300.0], rests.rest_height[off > 300.0])
+
+
 def test_spheres_that_rest_on_heights_but_not_on_asperities_are_warned_of():
     sample = roughxr.open_sample("rough").isel(x=slice(128), y=slice(128)).contact.level()
     pair = sample.contact.assign_pair(sphere_radius=500, materials="glass/silicon")

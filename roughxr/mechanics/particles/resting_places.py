@@ -117,8 +117,15 @@ def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basin
     pixel = float(x[1] - x[0]), float(y[1] - y[0])
     ball = dilation.Ball(radius, 0.5 * pixel[0], 0.5 * pixel[1])
     reach = distance_at_height(float(np.ptp(height)), radius)
-    patches = dilation.patches(height, x, y, pixel, radius, reach)
+    return _surface_of_patches(dilation.patches(height, x, y, pixel, radius, reach), x, y, ball)
+
+
+def _surface_of_patches(
+    patches: np.ndarray, x: np.ndarray, y: np.ndarray, ball: dilation.Ball
+) -> tuple[np.ndarray, basins.DilatedSurface]:
+    """Return the height (nm) of a sphere's lowest point over patches, at pixel centres (nm), and their surface."""
     z, bounds, lists = dilation.dilation(patches, x, y, ball)
+    pixel = float(x[1] - x[0]), float(y[1] - y[0])
     return z, basins.DilatedSurface(z.shape, (float(x[0]), float(y[0])), pixel, patches, bounds, lists, ball)
 
 
@@ -155,16 +162,14 @@ def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Di
     rows = np.zeros((summits.sizes["asperity"], dilation.RISE + 1))
     for column, name in ((dilation.X, "x"), (dilation.Y, "y"), (dilation.H, "height")):
         rows[:, column] = summits[name].values
-    places = regions.points(out)
-    points = dilation.Ball(surface.ball.radius, 0.0, 0.0)
-    largest = max(surface.pixel)
+    before = np.column_stack([regions.points(out), out["rest_height"].values])
+    x, y = (first + step * np.arange(n) for first, step, n in zip(surface.first, surface.pixel, surface.shape))
+    _, vertices = _surface_of_patches(rows, x, y, dilation.Ball(surface.ball.radius, 0.0, 0.0))
+    moved = basins.settle(vertices, before[:, :2])
     # largest distance (cells) between a resting position and the one on the vertices of asperities
-    farthest = 40.0 * largest
-    moved = basins.settle_near(rows, places, points, largest, farthest)
-    last = np.array(surface.first) + np.array(surface.pixel) * (np.array(surface.shape) - 1)
-    outside = (moved[:, :2] < surface.first) | (moved[:, :2] > last) | (np.abs(moved[:, :2] - places) > 0.5 * farthest)
-    stays = outside.any(axis=1)  # no resting position on vertices is near
-    moved[stays] = np.column_stack([places, out["rest_height"].values])[stays]
+    farthest = 20.0 * max(surface.pixel)
+    is_near = (np.abs(moved - before) <= farthest).all(axis=1, keepdims=True)
+    moved = np.where(is_near, moved, before)
     return out.assign_coords(_coordinates(moved)).assign(rest_height=("subregion", moved[:, 2]))
 
 

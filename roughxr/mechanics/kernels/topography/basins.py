@@ -245,15 +245,16 @@ def _step_down(rows, x, y, ball, step, last):
 
 @kernel
 def _roll(surface, x, y):
-    """Roll from x, y to a resting position; return its x, y and height, NaN where the sphere rolls off the scan."""
+    """Roll from x, y to a resting position; return its x, y and height, NaN off the scan or all patches."""
     largest = max(surface.pixel[0], surface.pixel[1])
     height = np.inf
     step = _FIRST_STEP * largest
     for _ in range(_MOST_STEPS):
-        if _is_off(surface, x, y):
-            return np.nan, np.nan, np.nan
         i, j = _pixel_at(surface, x, y)
-        x, y, height, step = _step_down(_patches_near(surface, i, j), x, y, surface.ball, step, _LAST_STEP * largest)
+        near = _patches_near(surface, i, j)
+        if len(near) == 0 or _is_off(surface, x, y):
+            return np.nan, np.nan, np.nan
+        x, y, height, step = _step_down(near, x, y, surface.ball, step, _LAST_STEP * largest)
         if step < _LAST_STEP * largest:
             break
     return x, y, height
@@ -265,22 +266,6 @@ def settle(surface, places):
     out = np.zeros((len(places), 3))
     for n in range(len(places)):
         out[n] = _roll(surface, places[n, 0], places[n, 1])
-    return out
-
-
-@kernel
-def settle_near(rows, places, ball, largest, farthest):
-    """Roll a sphere from each place down some patches, at most a distance; return x, y, height (nm)."""
-    out = np.zeros((len(places), 3))
-    for n in range(len(places)):
-        x = places[n, 0]
-        y = places[n, 1]
-        step = _FIRST_STEP * largest
-        near = rows[_planes(rows, x, y, ball, farthest)[:, 5].astype(np.int64)]
-        height = np.inf
-        while step >= _LAST_STEP * largest and max(abs(x - places[n, 0]), abs(y - places[n, 1])) < 0.7 * farthest:
-            x, y, height, step = _step_down(near, x, y, ball, step, _LAST_STEP * largest)
-        out[n] = x, y, height
     return out
 
 

@@ -23,9 +23,6 @@ from ..jit import kernel
 #: Side of a box that is not divided further, pixels.
 SIDE = 4
 
-#: Width of the margin in which its list also holds, pixels.
-_MARGIN = 1.0
-
 #: Columns of a patch: position, height, slopes, second derivatives (nm⁻¹), and its largest rise over its pixel (nm).
 X, Y, H, GX, GY, HXX, HYY, HXY, RISE = range(9)
 
@@ -191,8 +188,8 @@ def _fill_box(rows, visible, x, y, box, ball, z):
         part[3, n] = row[RISE]
         farthest = max(farthest, (x[box[0]] - row[X]) ** 2 + (y[box[2]] - row[Y]) ** 2)
     steeper = 1.1 / np.sqrt(max(1.0 - farthest / ball.radius**2, 0.01)) / ball.radius
-    wide = 2.0 * np.hypot(ball.half_x, ball.half_y)
-    margin = _MARGIN * wide * steeper
+    wide = np.hypot(x[1] - x[0], y[1] - y[0])
+    margin = wide * steeper
     for i in range(box[0], box[1]):
         for j in range(box[2], box[3]):
             _sphere_heights(part, x[i], y[j], ball.radius, heights)
@@ -241,12 +238,13 @@ def dilation(rows, x, y, ball):
     Each box of `SIDE` × `SIDE` pixels has a list, valid up to a pixel beyond it: its first and last entry (boxes along
     x, boxes along y, 2) in a vector of patches.
     """
-    z = np.zeros((x.size, y.size))
+    z = np.full((x.size, y.size), -np.inf)
     bounds = np.zeros((-(-x.size // SIDE), -(-y.size // SIDE), 2), np.int64)
     lists = np.zeros(1024, np.int32)
     size = 0
-    wide_x = 2 * _MARGIN * ball.half_x
-    wide_y = 2 * _MARGIN * ball.half_y
+    # lists hold in a margin of one pixel
+    wide_x = x[1] - x[0]
+    wide_y = y[1] - y[0]
     todo = [((0, x.size, 0, y.size), np.arange(len(rows)))]
     while len(todo) > 0:
         box, candidates = todo.pop()
@@ -257,7 +255,8 @@ def dilation(rows, x, y, ball):
             for half in _halves(box):
                 todo.append((half, visible))
             continue
-        visible = _fill_box(rows, visible, x, y, box, ball, z)
+        if visible.size > 0:
+            visible = _fill_box(rows, visible, x, y, box, ball, z)
         lists = _longer_lists(lists, size, visible)
         bounds[i0 // SIDE, j0 // SIDE, 0] = size
         size += visible.size
