@@ -42,10 +42,11 @@ def exact(delta, scale):
     return PULL * np.array([jkr.load(jkr.stable_semi_axis(d / scale)) for d in delta])
 
 
-CENTRES = {"on a pixel": (0.0, 0.0), "on a corner": (0.5, 0.5), "elsewhere": (0.31, 0.17)}
+#: Parts of a pixel. Both the middle and a corner of a pixel are corners of cells of half a pixel.
+CENTRES = {"on a corner of cells": (0.0, 0.0), "elsewhere": (0.31, 0.17)}
 
-#: Largest error of force (in pull-offs) and area: a front that crosses whole rows on four sides at once jerks.
-ERRORS = {(0.0, 0.0): (0.02, 0.02), (0.5, 0.5): (0.02, 0.02), (0.31, 0.17): (0.01, 0.01)}
+#: Largest error of force, in pull-offs: a front that crosses whole rows on four sides at once jerks.
+ERRORS = {(0.0, 0.0): 0.02, (0.31, 0.17): 0.01}
 
 
 def at(offset, pixel):
@@ -56,7 +57,7 @@ def at(offset, pixel):
 def cycle(request):
     """A sphere on cells of half a pixel: on whole pixels forces are off by 2.1 % of the pull-off."""
     ds = flat(n=65)
-    delta = np.arange(-2.0, 5.01, 0.25)
+    delta = np.arange(-2.0, 4.01, 0.25)
     centre = at(CENTRES[request.param], PIXEL)
     errors = ERRORS[CENTRES[request.param]]
     return ds, by_cells(ds, delta=delta, subregions=centre, mesh=2), errors
@@ -71,11 +72,11 @@ def test_sphere_pulls_off_as_jkr(cycle):
 
 
 def test_sphere_follows_jkr_on_retraction(cycle):
-    ds, solution, errors = cycle
+    ds, solution, largest_error = cycle
     retraction = solution.sel(branch="retraction")
     _, scale = units(ds)
     error = retraction.force.values[0] - exact(solution.delta.values, scale)
-    assert np.abs(error).max() < errors[0] * PULL
+    assert np.abs(error).max() < largest_error * PULL
 
 
 def test_sphere_loads_on_the_same_branch(cycle):
@@ -112,8 +113,8 @@ def test_a_cycle_loses_what_jumps_free(cycle):
     assert 0 < final < lost
 
 
-#: Where on its pixel a paraboloid's apex lies.
-OFFSETS = [(0.0, 0.0), (0.31, 0.17), (0.5, 0.5)]
+#: Where on its pixel a paraboloid's apex lies: on a corner of cells of half a pixel, and elsewhere.
+OFFSETS = [(0.0, 0.0), (0.31, 0.17)]
 
 
 def pulls_of_ellipse(ratio, n=101):
@@ -233,7 +234,7 @@ def test_a_stiff_summit_loses_nothing_and_snaps_in_with_its_pull_off_at_any_step
 
 
 def test_rough_contact_keeps_its_order_of_events(ground):
-    solution = quiet(ground, delta=np.arange(0.0, 9.0), subregions=(2, 2))
+    solution = quiet(ground, delta=np.arange(0.0, 9.0), subregions=(2, 1))
     assert (solution.detachment_delta <= solution.pull_off_delta).all()
     assert (solution.detachment_delta <= solution.snap_in_delta).all()
     assert (solution.hysteresis > 0).all()
@@ -249,6 +250,7 @@ def bump(shift=0, n=61, pixel=6.0, radius=500.0):
     return surfaces.glass_pair(surfaces.scan(height, pixel))
 
 
+@surfaces.unpressed()
 @pytest.mark.parametrize("material", [{"work_of_adhesion": 1.35, "contact_modulus": 39.4}, {"materials": "glass"}])
 def test_the_step_does_not_decide_the_pull_off(material):
     """Contacts let go within a small part of a step: the largest pull is found all the same.
@@ -262,6 +264,7 @@ def test_the_step_does_not_decide_the_pull_off(material):
     np.testing.assert_allclose(*pulls, rtol=0.03)
 
 
+@surfaces.unpressed()
 @pytest.mark.parametrize("step", [0.25, 0.4])
 def test_without_range_a_preload_between_two_steps_is_met(step):
     """A smooth sphere settles at JKR's displacement of no load, and pulls off as JKR's, whatever the step.
@@ -285,7 +288,7 @@ def test_a_rough_scan_moved_turned_or_larger_is_the_same():
     def pull(part, x=0.0, y=0.0):
         ds = surfaces.glass_pair(surfaces.scan(part, PIXEL))
         ds["height"] = ds.height - height.max()
-        solution = quiet(ds, delta=[4.0], subregions=([x * PIXEL], [y * PIXEL]), datum="first_contact")
+        solution = quiet(ds, delta=[2.0], subregions=([x * PIXEL], [y * PIXEL]), datum="first_contact")
         return float(solution.pull_off_force[0])
 
     plain = pull(height[10:-10, 10:-10])
@@ -374,8 +377,9 @@ def test_work_of_adhesion_is_needed(ground):
         by_cells(ground.drop_vars("work_of_adhesion"), delta=[1.0])
 
 
+@surfaces.unpressed()
 @pytest.mark.filterwarnings("ignore::roughxr.IncompleteResult")
 def test_warnings_count_places_and_not_their_preloads():
     ds = surfaces.glass_pair(surfaces.scan(surfaces.rough(64, seed=1)), sphere_radius=500.0)
-    with pytest.warns(roughxr.UnresolvedContact, match="of 4 subregions have contacts with a radius below 2"):
-        adhesive(ds, preload=[0, 5, 10], subregions=(2, 2), mesh=1, law="jkr")
+    with pytest.warns(roughxr.UnresolvedContact, match="of 2 subregions have contacts with a radius below 2"):
+        adhesive(ds, preload=[0, 5], subregions=(1, 2), mesh=1, law="jkr")

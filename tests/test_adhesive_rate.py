@@ -5,7 +5,7 @@ import pytest
 
 import roughxr
 
-from .surfaces import glass_pair, scan
+from .surfaces import glass_pair, scan, unpressed
 
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = pytest.mark.filterwarnings("ignore::roughxr.mechanics.bodies.pair.ImplausiblePair")
@@ -50,6 +50,7 @@ def two_bumps(pixel, offset):
 
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
+@unpressed()
 def test_the_stated_error_of_a_single_mesh_covers_bumps_that_it_was_not_fitted_to():
     """1.5 to 6 cells to a contact's radius at pull-off; from four cells on a quarter or less is stated."""
     options = {"law": "jkr", "subregions": ([0.0], [0.0]), "preload": 100.0, "mesh": 1}

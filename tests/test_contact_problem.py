@@ -9,7 +9,7 @@ from roughxr import adhesive, assign_pair, direct, pull_off, pull_off_map, super
 from roughxr.mechanics.vocabulary import schema
 from roughxr.statistics import pdf, summary
 
-from .surfaces import glass_pair, rough, scan
+from .surfaces import glass_pair, rough, scan, unpressed
 
 PAIR = {"contact_modulus": 40.0, "work_of_adhesion": 0.5}
 
@@ -107,6 +107,7 @@ def test_what_speaks_for_some_places_says_so():
 
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.vocabulary.text.RoughxrWarning")  # of one cell a pixel
 @pytest.mark.parametrize("kind", [adhesive, direct, superpose, pull_off_map, roughxr.rigid])
+@unpressed()
 def test_a_sphere_wider_than_the_scan_is_refused_with_the_width_that_it_needs(kind):
     """1 mm on 0.6 µm: every place touched the scan's highest peak, and others beyond the scan were not shown."""
     surface = scan(rough(64, rms=2.0))

@@ -6,6 +6,8 @@ import xarray as xr
 
 from roughxr.mechanics.kernels.topography.interpolation import band_limited, heights_on_circles, splined
 
+from .surfaces import unpressed
+
 
 def waves_of(shortest, seed, *, noise=0.0, n=64):
     """Return, as a function of the place in pixels, a periodic surface of waves down to ``shortest`` pixels.
@@ -103,6 +105,7 @@ def scan_of(height, pixel):
     return scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1, adhesion_range=0.5)
 
 
+@unpressed()
 @pytest.mark.filterwarnings("ignore:.*miss accuracy")
 @pytest.mark.parametrize(
     ("shortest", "noise"),

@@ -9,7 +9,7 @@ from roughxr.mechanics.contact.adhesive_options import chosen_law
 from roughxr.mechanics.scans.synthetic import self_affine
 from roughxr.mechanics.specimen import specimen_of
 
-from .surfaces import scan
+from .surfaces import scan, unpressed
 from .verb_calls import surface, unlabelled
 
 
@@ -89,6 +89,7 @@ def test_rabinovich_is_right_on_the_surface_that_he_draws(radius, rms, wavelengt
     assert pull_off / formula == pytest.approx(1, abs=0.05)
 
 
+@unpressed()
 def by_each_model(ground, place, refine):
     """Return the recommended model, and the pull-off by rigid bodies and by superposition over the simulation."""
     simulated = ground.contact.adhesive(subregions=place, mesh=roughxr.Mesh(refine, step=0.2)).pull_off_force

@@ -16,7 +16,7 @@ from roughxr.mechanics.kernels.topography import dilation
 from roughxr.mechanics.kernels.topography.interpolation import band_limited
 from roughxr.mechanics.particles.resting_places import resettled, resting
 
-from .surfaces import glass_pair, rough, scan
+from .surfaces import glass_pair, rough, scan, unpressed
 
 RADIUS = 3000.0
 
@@ -106,6 +106,7 @@ def test_the_resting_moment_is_that_about_the_axis_of_each_pair():
 
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 @pytest.mark.parametrize("law", ["auto", "jkr"])
+@unpressed()
 def test_the_lever_of_the_simulation_is_the_distance_of_the_foremost_of_three_equal_summits(law):
     surface = caps(polygon(3, 150.0, turn=np.pi / 6), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
     surface = roughxr.assign_pair(surface, sphere_radius=RADIUS, contact_modulus=40, work_of_adhesion=0.05)
@@ -134,6 +135,7 @@ def test_from_the_resting_positions_of_a_sphere_a_larger_one_rolls_to_its_own():
         assert bool(abs(settled.subregion_x - rests.subregion_x).max() > 0.05) == moves
 
 
+@unpressed()
 def test_the_budget_of_a_particle_at_rest_lets_another_sphere_roll_to_its_own_rest():
     """Where the former sphere rested, a larger one lies on a single summit, and its pull-off seems to fall."""
     surface = caps(polygon(3, 150.0, turn=np.pi / 6), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
@@ -149,6 +151,7 @@ def test_the_budget_of_a_particle_at_rest_lets_another_sphere_roll_to_its_own_re
 
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 @pytest.mark.parametrize("turn", [np.pi / 6, 0.2])  # on a symmetry of the pixels, and off it
+@unpressed()
 def test_water_resists_by_the_distance_of_the_foremost_of_three_equal_summits(turn):
     surface = caps(polygon(3, 150.0, turn=turn), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
     bodies = {"sphere_radius": RADIUS, "contact_modulus": 40, "work_of_adhesion": 0}

@@ -13,7 +13,7 @@ from roughxr.mechanics.contact.adhesion import adhesive_and_moments
 from roughxr.mechanics.kernels.asperity import jkr, maugis
 from roughxr.mechanics.kernels.topography import interpolation
 
-from .surfaces import glass_pair, rough, scan
+from .surfaces import glass_pair, rough, scan, unpressed
 from .test_identities import places
 from .verb_calls import surface
 
@@ -181,6 +181,7 @@ def test_states_of_the_simulation_hold_a_jkr_spheres_moment(pixel, cells, error)
     assert float(held.contact_area) == float(touching.contact_area[int(np.abs(touching.force.values).argmin())])
 
 
+@unpressed()
 def simulated_levers(ds, law, cells):
     """Return the moments of the simulation at the middle of a scan, from the pull-off on one mesh."""
     middle = ([float(ds.x.mean())], [float(ds.y.mean())])
@@ -371,6 +372,7 @@ def test_a_solution_without_fields_is_refused():
 
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.contact.mesh.UnresolvedContact")
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
+@unpressed()
 def test_the_error_of_a_lever_contains_the_heights_between_the_pixels(monkeypatch):
     """On roughness as fine as the pixels, other heights between them move a lever by most of its mean."""
     surface = roughxr.scans.synthetic.self_affine((80, 80), 16.0, rms=2, hurst=0.8, rolloff=400, cutoff=18, seed=51)

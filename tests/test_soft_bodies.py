@@ -106,7 +106,7 @@ def test_without_range_more_than_the_last_change_by_the_mesh_is_stated():
     ds, place = soft_place(12, 160.0, 1120.0, rms=12, modulus=0.3, work=0.1, law="jkr")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*heights between the pixels")
-        solution = ds.contact.adhesive(**place)
+        solution = ds.contact.adhesive(mesh=roughxr.Mesh(step=1.0), **place)
     finer = ds.contact.adhesive(mesh=roughxr.Mesh(8, step=1.0), **place)
     change = abs(float(solution.pull_off_force[0] / finer.pull_off_force[0]) - 1)
     assert int(solution.mesh[0]) == 4
@@ -126,18 +126,19 @@ def test_a_law_that_only_the_finest_cells_can_show_has_a_stated_error():
     assert 0.02 < change == pytest.approx(float(solution.mesh_error[0]), rel=1e-3)
 
 
+@surfaces.unpressed()
 def test_the_first_cells_fit_the_contacts_and_a_coarse_scan_is_named():
     """A real scan with pixels twice as wide as a smooth sphere's contact: finer cells do not show what lies between."""
     scan = roughxr.open_sample("rough").isel(x=slice(96), y=slice(96)).load()
     ds = scan.contact.assign_pair(sphere_radius=500, materials="glass/silicon")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        solution = ds.contact.adhesive(subregions=(3, 3))
+        solution = ds.contact.adhesive(subregions=(2, 2))
     messages = [str(warning.message) for warning in caught]
     assert (solution.mesh >= 8).all() and float(solution.mesh_error.median()) < 0.05
     missed = int((solution.interpolation_error > 0.05).sum())
     assert missed > 0 and any(
-        f"{missed} of 9 subregions miss accuracy=0.05 since the heights between" in message for message in messages
+        f"{missed} of 4 subregions miss accuracy=0.05 since the heights between" in message for message in messages
     )
 
 

@@ -42,7 +42,7 @@ LAWS = ("exponential", "jkr")
 @pytest.fixture(scope="module", params=LAWS)
 def cycle(heights, request):
     return adhesive(
-        pair(heights, hardness=2.0), delta=[4, 6, 8.0], mesh=Mesh(1, step=0.1), fields=True, law=request.param
+        pair(heights, hardness=2.0), delta=[4, 6, 8.0], mesh=Mesh(1, step=0.2), fields=True, law=request.param
     )
 
 
@@ -103,7 +103,7 @@ def test_flattened_asperities_stick_harder_the_harder_they_were_pressed(heights,
     loads = [0, 100.0, 1000.0, 5000.0]
     bodies = pair(heights, hardness=2.0)
     elastic, hard = (
-        adhesive(body, preload=loads, mesh=Mesh(1, step=0.1), law=law)
+        adhesive(body, preload=loads, mesh=Mesh(1, step=0.2), law=law)
         for body in (bodies.rename(hardness="hardness_estimate"), bodies)
     )
     assert (elastic.pull_off_force.max() < 16.0).all() and elastic.yielded_fraction.dims == ("subregion", "preload")
@@ -116,7 +116,7 @@ def test_flattened_asperities_stick_harder_the_harder_they_were_pressed(heights,
 @pytest.mark.parametrize("law", LAWS)
 def test_shakedown(heights, law):
     """The second cycle finds the shape that bears its preload: it yields no more and pulls off alike."""
-    cycles = adhesive(pair(heights, hardness=2.0), preload=[100.0, 5000.0], mesh=Mesh(1, step=0.05), cycles=2, law=law)
+    cycles = adhesive(pair(heights, hardness=2.0), preload=[100.0, 5000.0], mesh=Mesh(1, step=0.1), cycles=2, law=law)
     assert cycles.pull_off_force.dims == ("subregion", "cycle", "preload")
     work = cycles.plastic_work[0]
     assert (work.sel(cycle=1) > 20).all()
@@ -138,7 +138,7 @@ def test_a_sphere_that_yields_pulls_as_its_flattened_curvature_says(deep):
     separation = (x[:, None] ** 2 + x**2) / (2 * radius)
     law = smooth_laws.smooth_law(exponential=(0.05 * dx / E, 0.3))
     options = {"cap": H * dx / E, "limit": H * dx / E}
-    (path,) = follow_path(separation, np.array([deep]), 0.1, law, **options)
+    (path,) = follow_path(separation, np.array([deep]), 0.2, law, **options)
     pull = -path.states["force"].min() * E * dx
     contact = path.states["contact_area"][path.first_retraction - 1] * dx**2
     flattened = E * np.sqrt(contact / np.pi) / H
