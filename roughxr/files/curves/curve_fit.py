@@ -281,7 +281,7 @@ class _Curve(NamedTuple):
         stiffer, larger, drier, *lines = x[2 + len(self.parts) :]
         stiffness = self.stiffness * np.exp(self.errors[0] * stiffer)
         shown = np.exp(-self.errors[0] * stiffer - self.errors[1] * larger)
-        modulus, out = np.exp(np.clip(x[0], *_LOG_MODULUS)), [x[2 + len(self.parts) :]]
+        modulus, out = _modulus_within_range(x[0]), [x[2 + len(self.parts) :]]
         for k, part in enumerate(self.parts):
             force, travel = self.branch(law, modulus, np.exp(x[1] + (k > 0) * _APPROACH_ADHESION * drier))
             travel = travel + force / stiffness
@@ -325,8 +325,13 @@ def _branch(law: str, modulus: float, w: float, R: float, reach: float) -> tuple
     if law in _REDUCED:
         return units.P * _REDUCED[law][0], units.delta * _REDUCED[law][1]
     tabor = maugis.tabor(0.5 / R, 0.5 / R, modulus, w, reach)
-    P, _, delta = maugis.contact_at(np.clip(maugis.parameter(tabor), 1e-3, maugis.LARGEST), _RATIOS)
+    P, _, delta = maugis.contact_at(min(max(maugis.parameter(tabor), 1e-3), maugis.LARGEST), _RATIOS)
     return units.P * P, units.delta * delta
+
+
+def _modulus_within_range(log_modulus: float) -> float:
+    lowest, highest = _LOG_MODULUS
+    return np.exp(min(max(log_modulus, lowest), highest))
 
 
 def _fitted(x: np.ndarray, residuals: Callable[[np.ndarray], np.ndarray]) -> optimize.OptimizeResult:
@@ -416,7 +421,7 @@ class _HertzContact(NamedTuple):
     def residuals(self, x: np.ndarray, error: np.ndarray, stiffer: float, larger: float) -> np.ndarray:
         """Return residuals in errors, with changed logarithms of spring constant and sensitivity."""
         indentation = np.linspace(0.0, 1.0, _HERTZ_POINTS) ** 2 * max(float(self.part.z[-1]) - x[1], 1e-9)
-        pressing = 4 / 3 * np.exp(np.clip(x[0], *_LOG_MODULUS)) * np.sqrt(self.radius) * indentation**1.5
+        pressing = 4 / 3 * _modulus_within_range(x[0]) * np.sqrt(self.radius) * indentation**1.5
         travel = indentation + pressing / (self.stiffness * np.exp(stiffer))
         shown = np.interp(self.part.z - x[1], travel, pressing, left=0.0) * np.exp(-stiffer - larger)
         return np.r_[x[2:], (shown - self.part.force + self.part.line @ x[2:]) / error]
@@ -576,7 +581,7 @@ def _modulus_end(
 
     @cache
     def fit_at(value: float) -> optimize.OptimizeResult:
-        return _fitted(best.x[1:], lambda rest: curve.residuals(np.r_[value, rest], law))
+        return _fitted(best.x[1:], lambda rest: curve.residuals(np.append(value, rest), law))
 
     def excess(value: float) -> float:
         """Return the change of the fit, in ends of the interval, beyond one."""
