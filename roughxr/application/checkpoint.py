@@ -371,7 +371,7 @@ class Checkpoint:
         """Return a result with its scalars in memory, and its fields still on the disk."""
         fields = [name for name, array in ds.data_vars.items() if {"subregion", "x", "y"} <= set(array.dims)]
         scalars = ds.drop_vars(fields).compute(scheduler=dask.get)
-        return scalars.assign({name: ds[name] for name in fields})
+        return scalars.assign({name: ds[name] for name in fields}) if fields else scalars
 
 
 def item_keys(work: Tasks) -> list[str]:

@@ -79,8 +79,8 @@ def pull_off_map(
     records = solve(_tile, tiles, np.dtype((PULL_OFF, (tile_size,))), summands.prepared.grid, options, tile_size)
     records = records.reshape(-1)[: x.size]
     shape = tuple(places.sizes.values())
-    out = xr.Dataset({name: (list(places.sizes), records[name].reshape(shape)) for name in PULL_OFF.fields or ()})
-    out = out.assign_coords({**places.coords, **schema.pair_coordinates(ds)})
+    columns = {name: (list(places.sizes), records[name].reshape(shape)) for name in PULL_OFF.fields or ()}
+    out = xr.Dataset(columns, {**places.coords, **schema.pair_coordinates(ds)})
     out.attrs = {"datum": "highest_peak", "method": "superpose", **law_attributes(law, DEFAULT, options)}
     out.attrs |= {"missing": "NaN where nothing adheres"} | expectation(summands.catalogue, options.law)
     out = spread.finish(schema.label(out))

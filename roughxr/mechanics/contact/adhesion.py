@@ -201,7 +201,7 @@ def _solution(
         out.attrs["preload"] = float(adhesion.preloads[0])
     out = spread.finish(out)
     if not specimen.lazy:
-        _warn(out, adhesion, problem)
+        _warn(out.drop_vars(out.coords), adhesion, problem)  # each operation would compare coordinates
     for name, reason in _MISSING.items():
         out[name].attrs["missing"] = reason
     return schema.label(out.assign_coords(shortest_wavelength=specimen.shortest_wavelength))

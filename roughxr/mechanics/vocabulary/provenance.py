@@ -75,9 +75,7 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
     call = ", ".join(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in stated.items())
     line = f"roughxr {__version__}: {operation}({call})"
     inherited = {name: attrs[name] for name in ("title", "synthetic") if name in attrs}
-    out = ds.copy(deep=False).assign_attrs(
-        {**inherited, **ds.attrs, "history": f"{before}\n{line}" if before else line}
-    )
+    out = ds.assign_attrs({**inherited, **ds.attrs, "history": f"{before}\n{line}" if before else line})
     for name in out.variables if "datum" in out.attrs else ():
         if str(name).endswith("delta"):
             out[name].attrs["datum"] = out.attrs["datum"]

@@ -73,9 +73,7 @@ def label(ds: xr.Dataset) -> xr.Dataset:
     array([1000.])
     """
     out = ds.copy()
-    for name in map(str, out.variables):
-        if name not in VARIABLES:
-            continue
+    for name in VARIABLES.keys() & out.variables.keys():
         variable = out.variables[name]
         stated = str(variable.attrs.get("units", ""))
         if stated != VARIABLES[name].units and converts(stated, VARIABLES[name].units):
@@ -104,16 +102,14 @@ def in_package_units(data: Any) -> Any:
     """Return a Dataset or DataArray with every known variable in the units of ``VARIABLES``; other types unchanged."""
     if not isinstance(data, (xr.Dataset, xr.DataArray)):
         return data
-    coords = _in_table(data.coords.variables)
     if isinstance(data, xr.DataArray):
+        coords = _in_table(data.coords.variables)
         converted = _in_table({str(data.name): data.variable}).get(str(data.name))
         out = data if converted is None else data.copy(data=converted.data).assign_attrs(converted.attrs)
         return out.assign_coords(coords) if coords else out
-    variables = _in_table({name: data.variables[name] for name in data.data_vars})
-    if not variables and not coords:
-        return data
-    pint_indexed = [name for name in coords if hasattr(data.xindexes.get(name), "units")]
-    return data.drop_vars(pint_indexed).assign(variables).assign_coords(coords)
+    variables = _in_table(data.variables)
+    pint_indexed = [name for name in variables if hasattr(data.xindexes.get(name), "units")]
+    return data.drop_vars(pint_indexed).assign(variables) if variables else data
 
 
 def in_memory(data: Any) -> Any:
@@ -246,7 +242,9 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
                 f"{steps[axis]:.3g} nm",
                 f"state their units, for example ds[{axis!r}].attrs['units'] = 'm'",
             )
-    out = ds.assign(height=_float_heights(ds["height"].variable.transpose("x", "y")))
+    height = ds["height"].variable
+    checked = _float_heights(height if height.dims == ("x", "y") else height.transpose("x", "y"))
+    out = ds.copy() if checked is height else ds.assign(height=checked)
     bare = [name for name in ("x", "y", "height") if not out[name].attrs.get("units")]
     if bare:  # state the size of the scan in nm, so that a wrong unit is noticed
         sides = " x ".join(f"{out.sizes[axis] * step:.4g}" for axis, step in steps.items())
@@ -341,7 +339,8 @@ def is_synthetic(ds: xr.Dataset) -> bool:
 
 def is_humid(ds: xr.Dataset) -> bool:
     """Return whether the pair of bodies carries condensed liquid, of menisci thicker than a molecule."""
-    return "kelvin_radius" in ds.coords and bool(2 * ds["kelvin_radius"].max() > ds["liquid_molecule"])
+    coords = ds.coords.variables
+    return "kelvin_radius" in coords and bool(2 * coords["kelvin_radius"].max() > coords["liquid_molecule"])
 
 
 def need_assigned(ds: xr.Dataset, *names: str) -> None:
