@@ -53,7 +53,8 @@ def field_conditions(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.Da
     cell = float(ds["x"][1] - ds["x"][0])
     tolerance = ds.attrs.get("tolerance", np.nan)
     modulus = float(ds["contact_modulus"])
-    film = film_of(ds, cell)
+    layer = film_of(ds)
+    film = None if layer is None else layer.on_cells(cell)
     windows = {"input_core_dims": [PLANE, [], []], "output_core_dims": [PLANE], "kwargs": {"film": film}}
     elastic = xr.apply_ufunc(surface_displacement, pressure.fillna(0.0), cell, modulus, **windows)
     yield "elasticity", abs(elastic - displacement).max(PLANE) / divisor(abs(elastic).max(PLANE)), ROUNDING

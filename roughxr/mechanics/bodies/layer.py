@@ -68,8 +68,8 @@ def read_layer(layer: Layer | str) -> Layer:
     return Layer(thickness, material)
 
 
-def film_of(ds: xr.Dataset, cell: float = 1.0) -> Film | None:
-    """Return the layer of a pair as kernels take it, its thickness in cells (nm); None on a half space."""
+def film_of(ds: xr.Dataset) -> Film | None:
+    """Return the layer of a pair as kernels take it, its thickness in nm; None on a half space."""
     if not schema.is_coated(ds):
         return None
     from ..kernels.halfspace.layered import Film  # not at the top: words of a pair are checked without SciPy
@@ -83,7 +83,7 @@ def film_of(ds: xr.Dataset, cell: float = 1.0) -> Film | None:
             f"{float(ds['contact_modulus']):.4g} GPa",
             "assign the pair with its layer anew",
         )
-    return Film(thickness / cell, share, modulus * (1 + base_ratio) / (base * (1 + ratio)), ratio, base_ratio)
+    return Film(thickness, share, modulus * (1 + base_ratio) / (base * (1 + ratio)), ratio, base_ratio)
 
 
 def stiffened(ds: xr.Dataset, factor: float) -> dict[str, float]:

@@ -298,21 +298,14 @@ def _std(values: np.ndarray, weights: np.ndarray | None) -> Any:
     """Return the standard deviation along the last axis with n − 1; with weights, n is Kish's effective number."""
     if weights is None:
         return np.std(values, axis=-1, ddof=1)
-    effective = weights.sum(axis=-1) ** 2 / (weights**2).sum(axis=-1)
-    total = _weighted_sum(np.ones_like(values), weights)
-    mean = _weighted_sum(values, weights) / total
-    variance = _weighted_sum((values - mean[..., None]) ** 2, weights) / total
+    effective = _effective_count(weights, values.shape[-1])
+    variance = _mean((values - _mean(values, weights)[..., None]) ** 2, weights)
     return np.sqrt(variance) * np.sqrt(effective / np.maximum(effective - 1, 1e-12))
 
 
-def _weighted_sum(values: np.ndarray, weights: np.ndarray) -> Any:
-    """Return the weighted sum along the last axis, as xarray's weighted operations form it."""
-    return np.einsum("...a,...a->...", values, weights)
-
-
-def _effective_count(weights: np.ndarray | None, size: int) -> float:
-    """Return Kish's effective number of weighted samples."""
-    return float(size) if weights is None else float(weights.sum() ** 2 / (weights**2).sum())
+def _effective_count(weights: np.ndarray | None, size: int) -> Any:
+    """Return Kish's effective number of weighted samples along the last axis."""
+    return size if weights is None else weights.sum(axis=-1) ** 2 / (weights**2).sum(axis=-1)
 
 
 def _quantile(values: np.ndarray, share: Any, weights: np.ndarray | None = None) -> Any:
