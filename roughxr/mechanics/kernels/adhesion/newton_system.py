@@ -35,7 +35,7 @@ def operator_on(cells, film, last):
     key = cells.tobytes()
     if key not in last:
         last.clear()
-        last[key] = operator(*cells, film, dense=cells.shape[1] <= DENSE_LIMIT, multiple=BOX_MULTIPLE, inverse_from=0)
+        last[key] = operator(*cells, film, dense=cells.shape[1] <= DENSE_LIMIT, multiple=BOX_MULTIPLE, invert=True)
     return last[key]
 
 

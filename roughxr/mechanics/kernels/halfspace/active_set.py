@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import kernel
-from .products import convolve_cells, multiply
+from .products import multiply
 
 #: Outcomes of a solve.
 CONVERGED, ITERATION_LIMIT = 0, 1
@@ -142,7 +142,7 @@ def _close(operator, pressure, gap, contact, work, slope, shift, target, load, m
     while not closed and products < most_products:
         for k in range(gap.size):  # without branches, as below: half of the time
             work.image[k] = -gap[k] if contact[k] else 0.0
-        _precondition(operator, work.neighbours, work.image, work.preconditioned)
+        _precondition(work.neighbours, work.image, work.preconditioned)
         if load > 0.0:
             shift += _project(gap, contact, work)
         slope = _search(work.image, contact, work.preconditioned, work.direction, slope)
@@ -153,11 +153,8 @@ def _close(operator, pressure, gap, contact, work, slope, shift, target, load, m
 
 
 @kernel
-def _precondition(operator, neighbours, r, preconditioned):
+def _precondition(neighbours, r, preconditioned):
     """Write approximate pressures that would close the residual, which is zero outside the contact."""
-    if operator.inverse.box.size:
-        convolve_cells(operator.rows, operator.columns, operator.inverse, r, preconditioned)
-        return
     for k in range(neighbours.shape[0]):
         n = neighbours[k]
         side_sum = r[n[0]] + r[n[1]] + r[n[2]] + r[n[3]]
@@ -273,7 +270,7 @@ def _restore_load(operator, depth, pressure, gap, contact, work, changed, load, 
     if touching == 0:
         contact[_next_in_contact(pressure, gap, cap, load - total)] = True
         touching = 1
-    flat = _flat_punch(operator, contact, work)
+    flat = _flat_punch(contact, work)
     # relative rounding error of the load
     if yields and abs(load - total) > 1e-13 * load:
         for k in range(pressure.size):
@@ -308,11 +305,11 @@ def _load(pressure, contact, cap):
 
 
 @kernel
-def _flat_punch(operator, contact, work):
+def _flat_punch(contact, work):
     """Write approximate pressures of a flat punch on the contact into ``work.flat``; return their sum."""
     for k in range(contact.size):
         work.image[k] = 1.0 if contact[k] else 0.0
-    _precondition(operator, work.neighbours, work.image, work.flat)
+    _precondition(work.neighbours, work.image, work.flat)
     total = 0.0
     for k in range(contact.size):
         work.flat[k] = work.flat[k] if contact[k] else 0.0

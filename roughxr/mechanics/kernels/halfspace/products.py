@@ -22,9 +22,6 @@ from .transforms import Convolution, convolution, convolve, convolved, even_leng
 #: Up to this many cells the dense matrix (half a megabyte) is faster than transforms of the cells' box.
 DENSE_LIMIT = 250
 
-#: From this many cells on, an inverse by transforms is a better preconditioner than a few neighbours.
-LONG_RANGE = 1000
-
 #: Number of transforms of small padded boxes that are stored.
 _MOST_STORED = 256
 
@@ -42,7 +39,7 @@ class Operator(NamedTuple):
     columns: np.ndarray
     matrix: np.ndarray  # (count, count), or (0, 0)
     product: Convolution  # with A
-    inverse: Convolution  # with an approximate inverse of A, for many cells; else empty
+    inverse: Convolution  # with an approximate inverse of A, if requested; else empty
 
 
 #: In place of a convolution that is not used.
@@ -107,10 +104,10 @@ def surface_displacement(pressure, dx, contact_modulus, film=None):
     return out * (dx / contact_modulus)
 
 
-def operator(rows, columns, film=None, *, dense, multiple=1, inverse_from=LONG_RANGE):
+def operator(rows, columns, film=None, *, dense, multiple=1, invert=False):
     """Return the operator of the cells at (rows, columns), the rows ascending; as a matrix if ``dense``.
 
-    The sides of its box are multiples of ``multiple`` cells; from ``inverse_from`` cells on it has an inverse.
+    The sides of its box are multiples of ``multiple`` cells. With ``invert`` a convolution has an inverse.
     """
     rows = rows - rows[0]
     columns = columns - columns.min()
@@ -118,7 +115,7 @@ def operator(rows, columns, film=None, *, dense, multiple=1, inverse_from=LONG_R
     if dense:
         matrix = matrix_between(rows, columns, coefficients_for(shape, film))
         return Operator(rows, columns, matrix, _NO_CONVOLUTION, _NO_CONVOLUTION)
-    inverse = inverse_convolution(*shape, film) if rows.size > inverse_from else _NO_CONVOLUTION
+    inverse = inverse_convolution(*shape, film) if invert else _NO_CONVOLUTION
     return Operator(rows, columns, np.empty((0, 0)), surface_convolution(*shape, film), inverse)
 
 
