@@ -13,7 +13,6 @@ import numpy as np
 
 from ..kernels.adhesion import front
 from ..kernels.topography.interpolation import heights_on_circles
-from ..scans import regions
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import Argument, Phrase
@@ -25,9 +24,6 @@ from .refinement import first_refinement, with_settling
 
 #: Cells along a side of a pixel between which splines interpolate; without shorter wavelengths than two pixels.
 _CELLS = 2
-
-#: Pixels beyond the points between whose heights splines interpolate.
-_MARGIN = 16
 
 #: Points along a radius, and along the edge of JKR's contact, to a pixel.
 _RADII = 2.0
@@ -123,23 +119,6 @@ class Points(NamedTuple):
     def halved(self) -> Points:
         """Half as many points along radii and angles, and twice the step."""
         return self._replace(spacing=2 * self.spacing, angles=self.angles // 2, step=2 * self.step)
-
-
-def place_within(place: Place, axes: tuple[np.ndarray, np.ndarray], points: Points) -> Place:
-    """Return the pixels of a place, at ``axes`` (nm from the contact centre), that the points need."""
-    window = place.window
-    slices = []
-    for at, pixels in zip(points.middle, axes):
-        reach = points.radius + _MARGIN * (pixels[1] - pixels[0])
-        slices.append(slice(*np.searchsorted(pixels, [at - reach, at + reach])))
-    rows, columns = slices
-    window = regions.Window(
-        slice(window.rows.start + rows.start, window.rows.start + rows.stop),
-        slice(window.columns.start + columns.start, window.columns.start + columns.stop),
-        missing=(0, 0),
-        origin=(float(axes[0][rows][0]), float(axes[1][columns][0])),
-    )
-    return place._replace(height=place.height[rows, columns], window=window)
 
 
 class Circles(NamedTuple):
@@ -283,7 +262,7 @@ def front_cycles(place: Place, problem: Problem, adhesion: Adhesion) -> FrontCyc
         # fewest points along a radius of the coarser solution
         if points.radius < 8 * points.halved.spacing:
             raise Unfollowed
-        circles = circles_at(place_within(place, axes, points), on_cells, points)
+        circles = circles_at(place, on_cells, points)
         coarse = edge_on(circles.halved)
         coarse_cycles = _cycles(coarse, points.halved.step, adhesion.preloads)
         shift, radius = _middle(coarse_cycles[-1].pull_off.radius)
@@ -297,7 +276,7 @@ def front_cycles(place: Place, problem: Problem, adhesion: Adhesion) -> FrontCyc
     pulls = _pull_offs(cycles)
     splined_pulls = coarse_pulls
     if on_cells.refine > 1:  # else points are wider than pixels, between which the same splines interpolate
-        splined = edge_on(circles_at(place_within(place, axes, points), on_pixels, points.halved))
+        splined = edge_on(circles_at(place, on_pixels, points.halved))
         splined_pulls = _pull_offs(_cycles(splined, points.halved.step, adhesion.preloads))
     errors = {
         "mesh_error": np.abs(coarse_pulls / pulls - 1),
