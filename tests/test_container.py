@@ -158,7 +158,7 @@ def test_lines_have_the_spectrum_of_the_surface_that_they_are_cut_from(hurst):
     make = {"rms": 2.0, "hurst": hurst, "rolloff": 200.0, "cutoff": 10.0}
     surfaces = [synthetic.self_affine((384, 384), 2.5, seed=seed, **make) for seed in range(4)]
     of_lines = roughxr.scans.combined_spectrum(
-        [line for surface in surfaces for line in lines_of(surface, 16)], per_decade=5
+        [line for surface in surfaces for line in lines_of(surface, 24)], per_decade=5
     )
     of_surfaces = roughxr.scans.combined_spectrum(surfaces, per_decade=5)
     assert float(of_lines.wavevector.max()) > 2 * np.pi / 25  # four steps of 5 nm in the mean
