@@ -79,7 +79,7 @@ def detached(written):
 @pytest.fixture
 def unrendered(monkeypatch):
     """Draw the figures of a page, but not their pixels."""
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, file, **options: None)
+    monkeypatch.setattr(report_page, "write_png", lambda figure, file, dpi: None)
 
 
 class Page(html.parser.HTMLParser):

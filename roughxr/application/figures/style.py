@@ -140,6 +140,14 @@ def _in_table_units(value: Any) -> Any:
     return schema.in_package_units(value) if isinstance(value, (xr.Dataset, xr.DataArray)) else value
 
 
+def write_png(figure: Any, target: Any, dpi: int) -> None:
+    """Write a figure as PNG: drawn once, where `savefig` draws it once more to find its layout."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure.set_dpi(dpi)
+    FigureCanvasAgg(figure).print_png(target)
+
+
 def stroke(order: int) -> dict[str, Any]:
     """Return the colour and dashes of the ``order``-th line of a figure."""
     return dict(STROKES[order % len(STROKES)])

@@ -27,6 +27,7 @@ from ...mechanics.vocabulary.refusal import Refusal
 from ...mechanics.vocabulary.text import printable
 from .. import archive, figures
 from ..figures.maps import critical_map
+from ..figures.style import write_png
 from ..sentences import liquid_words
 from ..wording import names_in_words, render_sentence, render_sentences
 from .caveats import cautions
@@ -283,7 +284,7 @@ def _pictures(run: Run, figures: Sequence[_Figure]) -> list[dict[str, str]]:
         try:
             drawn = np.ravel(draw(run))[0].figure
             buffer = io.BytesIO()
-            drawn.savefig(buffer, format="png", dpi=_DPI)
+            write_png(drawn, buffer, _DPI)
             pictures.append({"name": name, "caption": caption, "source": as_uri(buffer.getvalue())})
         except Refusal as refusal:  # such as nothing touches, or only one place
             pictures.append({"name": name, "caption": f"Not drawn: {refusal}.", "source": ""})

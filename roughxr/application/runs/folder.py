@@ -14,6 +14,7 @@ from ...files.doors import is_own_page
 from ...files.storage import atomic_write
 from ...mechanics.vocabulary.refusal import Refusal
 from .. import report
+from ..figures.style import write_png
 from ..report.summary import scan_label
 from ..tables import table_of, written_formats
 
@@ -58,7 +59,7 @@ def write_figures(groups: Mapping[str, xr.Dataset], draw_figures: Callable, fold
     groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again
     for name, figure in draw_figures(groups):
         with atomic_write(folder / f"{name}.png", is_own=True) as temporary:
-            figure.savefig(temporary, dpi=220)
+            write_png(figure, temporary, 220)
 
 
 def write_pages(groups: Mapping[str, xr.Dataset], tables: Mapping[str, Any], path: Path, folder: Path) -> None:
