@@ -3,6 +3,7 @@
 from functools import lru_cache
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 
 def compliance(s, mismatch, ratio, base_ratio):
@@ -75,10 +76,8 @@ def response(radius, layer, count=160, edge=0.0, *, flat=False):
     part = weights * rest_of_compliance / thickness
     points = np.append(t, radius)
     cosines = np.cos(np.outer(points, q / thickness))
-    cosines_of_target = np.cos(np.outer(t, q / thickness))
-    kernel = (
-        2 * (cosines * part) @ cosines_of_target.T / np.pi * weight
-    )  # K(t − s) + K(t + s) is twice the product of cosines
+    # K(t − s) + K(t + s) is twice the product of cosines
+    kernel = 2 * (cosines * part) @ cosines[:-1].T / np.pi * weight
     matrix = np.zeros((count + 2, count + 2))
     matrix[:-1, :count] = kernel
     matrix[:-1, :-1] += np.eye(count + 1)
@@ -92,14 +91,13 @@ def response(radius, layer, count=160, edge=0.0, *, flat=False):
 
 def pull_off(work, thickness, *layer):
     """Return the pull-off force/(π w R) of a paraboloid without range, and a/R there; w/(E* R) and h/R are given."""
-    radii = np.geomspace(0.3, 3.0, 61) * (9 * np.pi * work / 8) ** (1 / 3)  # times JKR's on a half space
+    radius_of_jkr = (9 * np.pi * work / 8) ** (1 / 3)  # on a half space
 
     def force(radius):
         return response(radius, (thickness / radius, *layer), edge=-np.sqrt(2 * radius * work / np.pi))[0]
 
-    forces = [force(radius) for radius in radii]
-    best = int(np.argmin(forces))
-    return -forces[best] / (np.pi * work), radii[best]
+    least = minimize_scalar(lambda part: force(part * radius_of_jkr), bounds=(0.3, 3.0), options={"xatol": 1e-3})
+    return -least.fun / (np.pi * work), least.x * radius_of_jkr
 
 
 def punch(layer):

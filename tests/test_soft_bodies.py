@@ -93,10 +93,10 @@ def test_an_answer_states_a_range_by_pressing_as_a_range_and_no_numerical_error(
     assert "pressed_low" not in settled and "how hard" not in settled.sentence
 
 
-def soft_place(seed, x, y, *, rms, modulus, work, law):
-    """Return a scan of 128 pixels under a sphere of 2 µm, and the options of one place."""
+def soft_place(seed, x, y, *, rms, modulus, work, law, radius=2000):
+    """Return a scan of 128 pixels under a sphere, by default of 2 µm, and the options of one place."""
     made = roughxr.scans.synthetic.self_affine((128, 128), 20.0, rms=rms, hurst=0.8, rolloff=1000, cutoff=80, seed=seed)
-    pair = {"sphere_radius": 2000, "contact_modulus": modulus, "work_of_adhesion": work, "adhesion_range": 0.3}
+    pair = {"sphere_radius": radius, "contact_modulus": modulus, "work_of_adhesion": work, "adhesion_range": 0.3}
     return made.contact.assign_pair(**pair), {"subregions": ([x], [y]), "law": law}
 
 
@@ -118,7 +118,7 @@ def test_without_range_more_than_the_last_change_by_the_mesh_is_stated():
 @surfaces.unpressed()
 def test_a_law_that_only_the_finest_cells_can_show_has_a_stated_error():
     """Its change from cells twice as large, on which it pulls more; there is no finer mesh to compare with."""
-    ds, place = soft_place(21, 160.0, 1760.0, rms=6, modulus=1.0, work=0.05, law="exponential")
+    ds, place = soft_place(21, 160.0, 1760.0, rms=6, modulus=1.0, work=0.05, law="exponential", radius=500)
     solution = ds.contact.adhesive(**place)
     coarse = ds.contact.adhesive(mesh=roughxr.Mesh(8, None), **place)
     assert int(solution.mesh[0]) == 16
