@@ -9,9 +9,8 @@ import numpy as np
 
 
 class Correlogram(NamedTuple):
-    """Correlation of samples at a distance."""
+    """Correlation of samples in bins of their distance."""
 
-    distance: np.ndarray  # upper ends of the bins, nm
     correlation: np.ndarray
     pairs: np.ndarray  # in each bin, of all samples
 
@@ -19,30 +18,27 @@ class Correlogram(NamedTuple):
 def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
     """Return the correlation of samples against their distance, in bins as wide as their mean spacing."""
     values = normal_scores(values)
-    chosen, i, j, bins, edges = _neighbours(np.ascontiguousarray(places, dtype=float).tobytes())
+    chosen, i, j, bins = _neighbours(np.ascontiguousarray(places, dtype=float).tobytes())
     deviation = values[chosen] - values[chosen].mean()
-    pairs = np.bincount(bins, minlength=edges.size)
-    total = np.bincount(bins, deviation[i] * deviation[j], minlength=edges.size)
+    pairs = np.bincount(bins)
+    total = np.bincount(bins, deviation[i] * deviation[j])
     variance = (deviation**2).mean()
     correlation = total / np.maximum(pairs, 1) / (variance if variance > 0 else 1.0)
-    return Correlogram(edges, correlation, pairs * (values.size / chosen.size) ** 2)
+    return Correlogram(correlation, pairs * (values.size / chosen.size) ** 2)
 
 
 @lru_cache(maxsize=4)  # all variables of a result, and their parts, lie at the same places
 def _neighbours(coordinates: bytes) -> tuple[np.ndarray, ...]:
-    """Return the samples used of places as bytes, both of each pair of neighbours, its bin, and the bins' ends."""
+    """Return the samples used of places as bytes, both of each pair of neighbours, and its bin."""
     from scipy.spatial import cKDTree
 
     places = np.frombuffer(coordinates).reshape(-1, 2)
-    # largest distance of the correlation, in mean spacings
-    longest_lag = 6
-    edges = mean_spacing(places) * (np.arange(longest_lag + 1) + 0.5)
+    # upper ends of the bins up to the largest distance of the correlation
+    ends = mean_spacing(places) * np.arange(1.5, 7.0)
     # largest number of samples for the correlation: more samples take longer without better accuracy
     chosen = np.random.default_rng(0).permutation(len(places))[:2000]
-    i, j = cKDTree(places[chosen]).query_pairs(edges[-1], output_type="ndarray").T
-    bins = np.digitize(np.hypot(*(places[chosen[i]] - places[chosen[j]]).T), edges[1:])
-    is_near = bins < longest_lag
-    return chosen, i[is_near], j[is_near], bins[is_near], edges[1:]
+    i, j = cKDTree(places[chosen]).query_pairs(ends[-1], output_type="ndarray").T
+    return chosen, i, j, np.digitize(np.hypot(*(places[chosen[i]] - places[chosen[j]]).T), ends)
 
 
 def normal_scores(values: np.ndarray) -> np.ndarray:
