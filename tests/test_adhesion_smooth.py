@@ -161,7 +161,7 @@ def test_every_state_is_an_equilibrium(law):
 
 
 def test_work_of_the_force_is_energy_and_what_is_lost(law):
-    (path,) = follow(rough(5), [1.0], law, step=0.05)
+    (path,) = follow(rough(5, 64), [1.0], law, step=0.1)
     s = path.states
     work = np.sum(0.5 * (s["force"][1:] + s["force"][:-1]) * np.diff(s["delta"]))
     assert s["dissipated"][-1] == pytest.approx(work, abs=1e-2 * np.abs(s["energy"]).max())
@@ -170,7 +170,7 @@ def test_work_of_the_force_is_energy_and_what_is_lost(law):
 
 
 def test_step_shift_and_window_do_not_matter(law):
-    separation = rough(6, 64)
+    separation = rough(6, 48)
     reference = pull_off(follow(separation, [1.0], law)[0])
     assert pull_off(follow(separation, [1.0], law, step=0.1)[0]) == pytest.approx(reference, rel=0.01)
     assert pull_off(follow(separation + 3.0, [4.0], law)[0]) == pytest.approx(reference, rel=1e-4)
@@ -181,7 +181,7 @@ def test_step_shift_and_window_do_not_matter(law):
 
 
 def test_preloads_share_one_loading_and_are_met(law):
-    separation = rough(7, 64)
+    separation = rough(7, 48)
     (deep,) = follow(separation, [2.0], law)
     largest_force = deep.states["force"].max()
     preloads = np.array([0.0, 0.3, 0.6]) * largest_force

@@ -46,7 +46,7 @@ def on_circle(ring, radius=400.0):
 
 
 def test_landings_are_any_places():
-    scan_of_caps = caps(polygon(3, 150.0), 4.0)
+    scan_of_caps = caps(polygon(3, 150.0), 8.0)
     as_arrays = resting(scan_of_caps, landings=(["-0.01 um", 20.5], [0.0, 12.3]))
     places = {"subregion_x": ("subregion", [-10.0, 20.5]), "subregion_y": ("subregion", [0.0, 12.3])}
     as_dataset = resting(scan_of_caps, landings=xr.Dataset(coords=places))
