@@ -67,8 +67,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
 
     The change from one mesh to the next is the error of the finer mesh: an upper bound if the meshes converge at first
     order or better. Without range more is stated, `_slow_convergence_error`. A mesh that has not converged is not taken
-    after one that has. The error of the step is the change between the step and twice the step on the coarsest mesh; if
-    it is large, finer meshes take half the step.
+    after one that has. The error of the step is the change between the step and twice the step on the coarsest mesh.
     """
     meshes = _possible_meshes(place, problem, adhesion)
     press = _presses_once(adhesion)
@@ -77,8 +76,6 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         return cycles, {"mesh": meshes[0], "pressed_pull_off_force": cycles.pressed_pulls}
     step_error = _change(_solved(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), cycles)
     spline_change = _change_by_splines(place, problem, adhesion, cycles)
-    if (step_error > 0.5 * adhesion.accuracy).any():  # longer steps pass over states
-        adhesion = adhesion._replace(step=0.5 * adhesion.step)
     mesh_error, slow = _single_mesh_error(cycles), _slow_convergence_error(cycles)
     if not meshes[1:] and meshes[0] > 1:  # cells too large for the law give an upper bound
         mesh_error = _change(_solved(place, problem, adhesion, meshes[0] // 2), cycles)
