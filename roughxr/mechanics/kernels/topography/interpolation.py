@@ -50,14 +50,23 @@ def bicubic_spline(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> Any:
 
 
 def heights_on_circles(axes, height, middle, radii, angles):
-    """Return heights and their slopes outwards (radius, angle) about ``middle``, within the cells at two axes."""
-    spline = bicubic_spline(*axes, height)
-    cosines = np.cos(angles)
-    sines = np.sin(angles)
-    x = middle[0] + np.multiply.outer(radii, cosines)
-    y = middle[1] + np.multiply.outer(radii, sines)
-    values, along_x, along_y = (spline(x, y, dx, dy, grid=False) for dx, dy in ((0, 0), (1, 0), (0, 1)))
-    return values, along_x * cosines + along_y * sines
+    """Return heights and their slopes outwards (radius, angle) about ``middle``, within cells at two uniform axes."""
+    from scipy.ndimage import map_coordinates, spline_filter  # a tenth of `bicubic_spline`'s time at single points
+
+    # cells by which heights are extended: the spline depends on those beyond by 1e-5
+    margin = 9
+    cell = axes[0][1] - axes[0][0]
+    coefficients = spline_filter(np.pad(height, margin, "reflect", reflect_type="odd"), mode="mirror")
+    centre = [(place - cells[0]) / cell + margin for place, cells in zip(middle, axes)]
+    outwards = np.array([np.cos(angles), np.sin(angles)])
+
+    def heights_at(distance):
+        places = np.reshape(centre, (2, 1, 1)) + outwards[:, None] * distance[:, None] / cell
+        return map_coordinates(coefficients, places, mode="mirror", prefilter=False)
+
+    # half of the distance between the heights whose difference gives a slope, to some 1e-8 of the largest slope
+    step = 1e-4 * cell
+    return heights_at(radii), (heights_at(radii + step) - heights_at(radii - step)) / (2 * step)
 
 
 def _centred(size: int, n: int) -> np.ndarray:
