@@ -13,6 +13,7 @@ from roughxr.mechanics.asperity.catalogue import DoubtfulAsperities
 from roughxr.mechanics.contact.adhesion import adhesive_and_moments
 from roughxr.mechanics.kernels.halfspace.separation import distance_at_height
 from roughxr.mechanics.kernels.topography import dilation
+from roughxr.mechanics.kernels.topography.basins import drainage_basins
 from roughxr.mechanics.kernels.topography.interpolation import band_limited
 from roughxr.mechanics.particles.resting_places import resettled, resting
 
@@ -192,6 +193,18 @@ def test_where_nothing_holds_a_sphere_there_is_no_rest_and_it_is_said(name):
     assert rests.sizes["subregion"] == 0 and rests.attrs["share_off_scan"] == 1.0
     with pytest.raises(ValueError, match="found none"):
         roughxr.scans.regions.centres(rests, rests)
+
+
+def test_basins_are_the_lowest_first_and_a_plateau_beside_lower_pixels_is_none():
+    z = np.full((9, 20), 5.0)
+    z[:, 0] = 9.0  # a rim, so that no pixel of the border but those at the right end is a minimum
+    z[[0, -1]] = 9.0
+    z[4, 3] = 2.0
+    z[2:7, 8:13] = 4.0  # a minimum of 25 pixels, in a plateau that drains
+    z[4, 16] = 1.0
+    minima, shares = drainage_basins(z, (1.0, 1.0))
+    assert minima.tolist() == [[4, 16], [4, 3], [4, 10]]
+    assert shares.sum() <= 1 and (shares >= np.array([1, 1, 25]) / z.size).all()
 
 
 def test_places_converge_with_the_pixel():

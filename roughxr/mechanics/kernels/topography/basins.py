@@ -71,10 +71,24 @@ def _drain(z, pixel, labels, lowest):
             labels[i, j] = _downhill_label(z, i, j, pixel, labels, lowest)
 
 
-def drainage_basins(z, pixel):
-    """Return the minima, in pixels, (n, 2), and the share of the pixels that drain to each; others drain off the scan.
+@kernel
+def _outlets(z, is_minimum, labels, count):
+    """Return for each minimum the label of an equally high pixel beside it that drains, else its own."""
+    outlets = np.arange(count + 1)
+    for i, j in np.argwhere(is_minimum):
+        for di, dj in _OFFSETS:
+            p = i + di
+            q = j + dj
+            if 0 <= p < z.shape[0] and 0 <= q < z.shape[1] and z[p, q] == z[i, j] and not is_minimum[p, q]:
+                outlets[labels[i, j]] = labels[p, q]
+    return outlets
 
-    Pixels of equal height without a lower neighbour are one minimum. One at the border is none.
+
+def drainage_basins(z, pixel):
+    """Return the minima, in pixels, (n, 2), the lowest first, and the share of the pixels that drain to each.
+
+    Other pixels drain off the scan. Pixels of equal height are one minimum, if none of them has a lower neighbour. One
+    at the border is none.
     """
     from scipy.ndimage import center_of_mass, label, minimum_filter
 
@@ -82,13 +96,17 @@ def drainage_basins(z, pixel):
     labels, count = label(is_minimum, np.ones((3, 3)))
     border = np.ones(z.shape, np.bool_)
     border[1:-1, 1:-1] = False
-    inner = np.setdiff1d(np.arange(1, count + 1), labels[border])
+    is_off = np.isin(np.arange(count + 1), np.append(0, labels[border]))
+    height = np.zeros(count + 1)
+    height[labels] = z
+    _drain(z, pixel, labels, np.where(is_off, -np.inf, height))
+    outlets = _outlets(z, is_minimum, labels, count)
+    lowest_first = np.argsort(height, kind="stable")
+    for k in lowest_first:
+        outlets[k] = outlets[outlets[k]]
+    inner = lowest_first[((outlets == np.arange(count + 1)) & ~is_off)[lowest_first]]
     minima = np.reshape(center_of_mass(is_minimum, labels, inner), (-1, 2))
-    lowest = np.zeros(count + 1)
-    lowest[labels] = z
-    lowest[labels[border]] = -np.inf
-    _drain(z, pixel, labels, lowest)
-    return minima, np.bincount(labels.ravel(), minlength=count + 1)[inner] / z.size
+    return minima, np.bincount(outlets[labels.ravel()], minlength=count + 1)[inner] / z.size
 
 
 class DilatedSurface(NamedTuple):
