@@ -329,6 +329,7 @@ def test_shares_weigh_means_quantiles_intervals_and_fractions():
     assert float(table.pull_off_force.sel(statistic="mean")) == pytest.approx(mean)
     intervals = roughxr.statistics.bootstrap(held, "pull_off_force", statistics=["mean", "std", "q50"], resamples=99)
     assert float(intervals.estimate[0]) == pytest.approx(mean)
+    assert type(intervals.attrs["missed_share"]) is float  # shown as a plain number
     copies = np.repeat(force, np.round(share * 200_000).astype(int))
     assert intervals.estimate.values[1:] == pytest.approx([copies.std(), np.median(copies)], rel=0.05)
     assert (intervals.low <= intervals.estimate).all() and (intervals.estimate <= intervals.high).all()

@@ -338,7 +338,7 @@ def _independent(sample: Samples, within: Samples | None = None) -> float:
     """Return the effective sample size, at most that of all places of the surface."""
     counts = [independent_places(part.values, part.places) for part in (sample, within) if part is not None]
     weights = sample.weights if sample.on_debris is None else None
-    return min(counts) * _effective_count(weights, sample.values.size) / sample.values.size
+    return float(min(counts) * _effective_count(weights, sample.values.size) / sample.values.size)
 
 
 def _resampled(sample: Samples, count: float, resampling: Resampling) -> Iterator[tuple]:
