@@ -152,6 +152,16 @@ def test_a_force_that_falls_towards_the_surface_is_no_contact():
     assert set(measured.reason.values) == {"the force does not rise in contact"}
 
 
+@pytest.mark.parametrize("level", [0.0, -3.5])
+def test_a_constant_force_leaves_out_its_curve_alone(level):
+    ds = curves(2)
+    ds.force[1] = level
+    measured = roughxr.measured.curves_pull_off(ds)
+    assert measured.reason.values.tolist() == ["", "the force is the same at all samples"]
+    assert measured.pull_off_force.isnull().values.tolist() == [False, True]
+    assert measured.pull_off_at_most.isnull().all()
+
+
 def test_what_cannot_be_used_says_why():
     ds = curves(5)
     force = ds.force.values.copy()

@@ -78,6 +78,7 @@ _FAR = 0.3
 _SHORT = f"fewer than {_LEAST_SAMPLES} samples"
 _SHORT_BASELINE = f"fewer than {_LEAST_BASELINE} samples in the baseline"
 _NO_RETRACTION = "the piezo does not retract from the first sample to the last"
+_CONSTANT = "the force is the same at all samples"
 _PRESSED_LAST = "the force is largest at the far end; the piezo may have the opposite sign"
 _NOT_PRESSED = "the force is lowest at the first sample; it may have the opposite sign"
 _NO_RISE = "the force does not rise in contact"
@@ -300,6 +301,8 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
     reason = _unusable(z, share)
     if reason:
         return _CurveResults(reason=reason)
+    if np.ptp(force) == 0:
+        return _CurveResults(reason=_CONSTANT)
     if _is_pressed_at_the_end(force):
         return _CurveResults(reason=_PRESSED_LAST)
     pull = retraction_pull(z, force, share)
