@@ -59,8 +59,8 @@ def cycle(request):
     ds = flat(n=65)
     delta = np.arange(-2.0, 4.01, 0.25)
     centre = at(CENTRES[request.param], PIXEL)
-    errors = ERRORS[CENTRES[request.param]]
-    return ds, by_cells(ds, delta=delta, subregions=centre, mesh=2), errors
+    largest_error = ERRORS[CENTRES[request.param]]
+    return ds, by_cells(ds, delta=delta, subregions=centre, mesh=2), largest_error
 
 
 def test_sphere_pulls_off_as_jkr(cycle):
@@ -381,5 +381,5 @@ def test_work_of_adhesion_is_needed(ground):
 @pytest.mark.filterwarnings("ignore::roughxr.IncompleteResult")
 def test_warnings_count_places_and_not_their_preloads():
     ds = surfaces.glass_pair(surfaces.scan(surfaces.rough(64, seed=1)), sphere_radius=500.0)
-    with pytest.warns(roughxr.UnresolvedContact, match="of 2 subregions have contacts with a radius below 2"):
-        adhesive(ds, preload=[0, 5], subregions=(1, 2), mesh=1, law="jkr")
+    with pytest.warns(roughxr.UnresolvedContact, match="of 3 subregions have contacts with a radius below 2"):
+        adhesive(ds, preload=[0, 5], subregions=(1, 3), mesh=1, law="jkr")

@@ -1,6 +1,7 @@
 """Figures: units on every axis, plotted numbers, nothing left behind."""
 
 import functools
+import io
 import re
 
 import matplotlib
@@ -110,6 +111,15 @@ def test_axes_of_one_column_have_units(run, name):
     figure = drawn[0].figure
     assert figure.get_figwidth() == pytest.approx(85 / 25.4)
     assert all(_has_units(text) for ax in drawn for text in (ax.get_xlabel(), ax.get_ylabel()))
+
+
+@pytest.mark.parametrize("name", ["scan_map", "pressure", "distribution"])
+def test_a_png_that_is_drawn_once_is_that_of_matplotlib(run, name):
+    of_once, of_twice = (np.atleast_1d(DRAWN[name](run))[0].figure for _ in range(2))
+    once, twice = io.BytesIO(), io.BytesIO()
+    style.write_png(of_once, once, 110)
+    of_twice.savefig(twice, dpi=110, format="png")
+    assert once.getvalue() == twice.getvalue()
 
 
 @pytest.fixture(scope="module")

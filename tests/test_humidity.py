@@ -460,7 +460,7 @@ def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
     ground = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     pair = wet(ground, 0.7, 500.0, work_of_adhesion=(0.06, 0.004))
     options = {"subregions": (2, 1), "particle": True, "delta": [1.0, 2.0], "mesh": 2, "budget": 0}
-    with bare_runs("extrapolated", "curves"):
+    with bare_runs():
         groups = roughxr.run(pair, tmp_path / "run.nc", **options)
     explored = report.write_explorer(tmp_path / "run.nc").read_text(encoding="utf-8")
     assert "for the synthetic surface at 70 % relative humidity" in explored

@@ -30,19 +30,30 @@ def test_the_interval_holds_the_surfaces_mean_at_its_nominal_rate():
     assert np.mean(held) >= 0.9 and np.mean(naive) < 0.5
 
 
-def effects_of_scans(rng, between):
-    """Return what eight scans of 100 places each have in common, by their means and standard errors."""
-    values = several(rng, scans=8, between=between).pull_off_force.values
+def effects_of_scans(ds):
+    """Return what scans of 100 places each have in common, by their means and standard errors."""
+    values = ds.pull_off_force.values
     return random_effects(values.mean(axis=1), values.std(axis=1, ddof=1) / 10, confidence=0.95)
 
 
 def test_what_is_left_between_scans_is_found_and_nothing_where_there_is_nothing():
     rng = np.random.default_rng(1)
-    apart, alike = ([effects_of_scans(rng, between) for _ in range(30)] for between in (1.0, 0.0))
+    apart, alike = (
+        [effects_of_scans(several(rng, scans=8, between=between)) for _ in range(30)] for between in (1.0, 0.0)
+    )
     assert np.sqrt(np.mean([effects.between**2 for effects in apart])) == pytest.approx(1.0, rel=0.2)
     assert np.median([effects.between for effects in alike]) < 0.1
     assert np.mean([effects.p_value < 0.05 for effects in apart]) > 0.9
     assert np.mean([effects.p_value < 0.05 for effects in alike]) < 0.2
+
+
+def test_scatter_between_scans_is_beyond_the_standard_errors_of_their_means():
+    """Without errors of the means it would be 1.2 times as large."""
+    ds = several(np.random.default_rng(2), scans=8, between=0.3)
+    pooled = roughxr.statistics.pooled(ds, "pull_off_force", statistics=["mean"], resamples=199).squeeze()
+    effects = effects_of_scans(ds)
+    assert float(pooled.between_std) == pytest.approx(effects.between, rel=0.05)
+    assert float(pooled.between_p_value) == pytest.approx(effects.p_value, abs=0.01)
 
 
 def test_of_equal_errors_it_is_the_analysis_of_variance():
