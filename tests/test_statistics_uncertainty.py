@@ -209,6 +209,12 @@ def test_the_correlation_of_a_checkerboard_is_counted(side):
     assert (correlogram(np.ones(side**2), places).correlation == 0).all()
 
 
+def test_neighbours_at_the_last_end_have_no_bin_of_their_own():
+    """On a grid of 4 by 1 the mean spacing is 2, and neighbours lie at 6.5 of it: √(12² + 5²) = 13."""
+    places = np.argwhere(np.ones((20, 40))) * [4.0, 1.0]
+    assert correlogram(np.sin(places[:, 0] / 30), places).pairs.size == 6
+
+
 def clustered(rng, count=400, size=1000.0):
     """Return places of which half crowd in a corner."""
     spread = rng.uniform(0, size, (count // 2, 2))

@@ -37,7 +37,8 @@ def _neighbours(coordinates: bytes) -> tuple[np.ndarray, ...]:
     ends = mean_spacing(places) * np.arange(1.5, 7.0)
     # largest number of samples for the correlation: more samples take longer without better accuracy
     chosen = np.random.default_rng(0).permutation(len(places))[:2000]
-    i, j = cKDTree(places[chosen]).query_pairs(ends[-1], output_type="ndarray").T
+    # nearer than the last end, at which neighbours lie on some grids, and would have a bin of their own
+    i, j = cKDTree(places[chosen]).query_pairs((1 - 1e-9) * ends[-1], output_type="ndarray").T
     return chosen, i, j, np.digitize(np.hypot(*(places[chosen[i]] - places[chosen[j]]).T), ends)
 
 
