@@ -215,6 +215,12 @@ def test_neighbours_at_the_last_end_have_no_bin_of_their_own():
     assert correlogram(np.sin(places[:, 0] / 30), places).pairs.size == 6
 
 
+def test_a_varied_parameter_without_entries_is_refused():
+    pulls = xr.Dataset({"pull_off_force": (("subregion", "preload"), np.ones((20, 0)))}, {"preload": np.zeros(0)})
+    with pytest.raises(ValueError, match="expected at least two finite samples, found none along preload"):
+        roughxr.statistics.bootstrap(pulls)
+
+
 def clustered(rng, count=400, size=1000.0):
     """Return places of which half crowd in a corner."""
     spread = rng.uniform(0, size, (count // 2, 2))

@@ -167,6 +167,8 @@ def bootstrap(
     labels = _labels(statistics)
     others = other_dimensions(ds, name)
     shape = [ds.sizes[dim] for dim in others]
+    if 0 in shape:
+        raise Refusal(name, "at least two finite samples", f"none along {', '.join(others)}")
     entries = []
     for index in np.ndindex(*shape):
         entry = dict(zip(others, index))
