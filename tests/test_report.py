@@ -257,8 +257,9 @@ def test_runs_of_different_flows_state_each_its_own(run, capsys):
     options = Namespace(remove=None, picture=None)
     criticals = {"dry": critical, "wet": critical}
     detach._print_runs(criticals, {"dry": "flow of air", "wet": "flow of water"}, options)
-    head, _, *rows = capsys.readouterr().out.splitlines()
+    head, columns, *rows = capsys.readouterr().out.splitlines()
     assert "(load and method of each run):" in head and "flow of" not in head
+    assert "median" in columns and "removes" not in columns
     assert [row.split()[0] for row in rows] == ["dry", "wet"]
     assert rows[0].endswith("flow of air") and rows[1].endswith("flow of water")
     detach._print_runs(criticals, dict.fromkeys(criticals, "flow of air"), options)

@@ -65,11 +65,6 @@ def test_where_nothing_is_touched_there_is_no_pull_off(ground):
     assert not pulls.bracketed.any()
 
 
-def one_sphere():
-    x = (np.arange(65) - 32) * 5.0
-    return glass_pair(scan(-(x[:, None] ** 2 + x[None, :] ** 2) / 400, pixel=5.0))
-
-
 @pytest.mark.filterwarnings("ignore::roughxr.mechanics.asperity.catalogue.DoubtfulAsperities")
 @pytest.mark.parametrize("method", ["sweep", "cycle"])
 def test_statistics_take_the_result_of_every_method(ground, cycle, method):
