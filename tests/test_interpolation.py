@@ -1,12 +1,10 @@
 """Heights between the pixels."""
 
-import time
-
 import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.mechanics.kernels.topography.interpolation import band_limited, bicubic_spline, heights_on_circles, splined
+from roughxr.mechanics.kernels.topography.interpolation import band_limited, heights_on_circles, splined
 
 from .surfaces import unpressed
 
@@ -98,24 +96,6 @@ def test_a_plane_is_kept_on_circles_that_end_at_the_outermost_pixels():
     x = np.arange(-8.0, 9.0)
     heights, slopes = heights_on_circles((x, x), np.add.outer(0.3 * x, -0.7 * x), (0, 0), np.array([8.0]), np.zeros(1))
     assert heights == pytest.approx(2.4, abs=1e-5) and slopes == pytest.approx(0.3, abs=1e-5)
-
-
-def test_heights_on_circles_with_slopes_take_less_time_than_a_bicubic_spline_without():
-    x = np.arange(900.0)
-    circles = (449.0, 449.0), np.linspace(0.0, 400.0, 200), np.linspace(0.0, 6.0, 250)
-    places = [449.0 + np.multiply.outer(circles[1], part(circles[2])) for part in (np.cos, np.sin)]
-    height = np.add.outer(np.sin(x / 5), np.cos(x / 7))
-    solutions = {
-        "circles": lambda: heights_on_circles((x, x), height, *circles)[0],
-        "spline": lambda: bicubic_spline(x, x, height)(*places, grid=False),
-    }
-    seconds = dict.fromkeys(solutions, np.inf)
-    for name in (*solutions, *solutions):  # the first call imports SciPy
-        start = time.process_time()
-        heights = solutions[name]()
-        seconds[name] = min(seconds[name], time.process_time() - start)
-        np.testing.assert_allclose(heights, np.sin(places[0] / 5) + np.cos(places[1] / 7), atol=1e-3)
-    assert seconds["circles"] < seconds["spline"]
 
 
 def scan_of(height, pixel):
